@@ -1,0 +1,1 @@
+//! The one test suite of the workspace.
