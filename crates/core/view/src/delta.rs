@@ -1,0 +1,90 @@
+//! The change of a view over one cycle.
+
+use glam::DVec2;
+use maniple_geometry::Cycle;
+use serde::{Deserialize, Serialize};
+
+use crate::base::Base;
+use crate::identity::{Digest, Handle, Seat, UnitTypeId};
+use crate::outcome::{CommandResult, StopReason};
+
+/// The change of a view from the cycle before to `cycle`.
+///
+/// A view without objects, changed by a delta that has everything in `appeared`, is a *keyframe*: that is the
+/// first delta of every connection.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Delta {
+    /// The cycle at whose start the view is like this.
+    pub cycle: Cycle,
+    /// Answers to the seat's commands of this cycle, in the order in which they came.
+    pub results: Vec<CommandResult>,
+    /// Tiles that became known, as (x, y, tile); none under `terrain = known`, where `Welcome` has them all.
+    pub revealed: Vec<(u32, u32, char)>,
+    /// Objects that came into sight, by handle.
+    pub appeared: Vec<Appeared>,
+    /// Objects whose motion changed, by handle.
+    pub moved: Vec<Moved>,
+    /// Objects that stopped, by handle.
+    pub stopped: Vec<Stopped>,
+    /// Objects that went out of sight, by handle.
+    pub vanished: Vec<Handle>,
+    /// Objects that died in sight, by handle.
+    pub died: Vec<Handle>,
+    /// Other changes, by handle.
+    pub changed: Vec<Changed>,
+    /// The hash of the view after this delta; see [`crate::View::check`].
+    pub check: Digest,
+}
+
+/// An object that came into sight.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Appeared {
+    /// Its handle from now on.
+    pub object: Handle,
+    /// Its type.
+    pub unit_type: UnitTypeId,
+    /// Whose it is.
+    pub owner: Seat,
+    /// Where it is, evaluated at this cycle.
+    pub base: Base,
+    /// Motions that wait behind its present one; `None` for objects of others.
+    pub queued: Option<u32>,
+}
+
+/// An object in sight that took up another motion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Moved {
+    /// The object.
+    pub object: Handle,
+    /// Its motion, from its start.
+    pub base: Base,
+}
+
+/// An object in sight that came to rest.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stopped {
+    /// The object.
+    pub object: Handle,
+    /// Where it rests.
+    pub point: DVec2,
+    /// The cycle in which it stopped.
+    pub cycle: Cycle,
+    /// The fraction of that cycle.
+    pub fraction: f64,
+    /// Why; `None` for objects of others.
+    pub reason: Option<StopReason>,
+}
+
+/// Another change of an object of the seat.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Changed {
+    /// The object.
+    pub object: Handle,
+    /// Motions that wait behind its present one.
+    pub queued: u32,
+}

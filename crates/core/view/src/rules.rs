@@ -1,0 +1,135 @@
+//! Every constant of a match that a client needs.
+
+use glam::DVec2;
+use maniple_tilemap::{Tile, TileMap};
+use serde::{Deserialize, Serialize};
+
+use crate::identity::Seat;
+
+/// How time passes in a match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ClockMode {
+    /// So many cycles a second, whoever is late.
+    Realtime,
+    /// The next cycle starts when every seat has said `done`.
+    Lockstep,
+}
+
+/// The rules of a match.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rules {
+    /// The scenario's name.
+    pub scenario: String,
+    /// Cycles that the match lasts at most.
+    pub cycles_max: u32,
+    /// Names of the players, by seat; empty until one has come.
+    pub players: Vec<String>,
+    /// The unit types; an object's `unit_type` is the place in this list.
+    pub unit_types: Vec<UnitType>,
+    /// Who stops in a collision.
+    pub stops: Stops,
+    /// Distance above touching at which a colliding circle stops, in world units.
+    pub skin: f64,
+    /// Largest number of waypoints behind a motion.
+    pub waypoints_max: u32,
+    /// Largest number of a seat's commands that one cycle takes.
+    pub commands_a_cycle_max: u32,
+    /// What the match is about.
+    pub objective: Objective,
+    /// Whether there is fog; without it every seat sees everything.
+    pub fog: bool,
+}
+
+/// The constants of a unit type.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct UnitType {
+    /// Its name.
+    pub name: String,
+    /// World units.
+    pub radius: f64,
+    /// Largest speed, in world units a cycle.
+    pub speed: f64,
+    /// How far it sees, hull to hull, in world units.
+    pub sight: f64,
+}
+
+/// Who stops in a collision of two objects.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stops {
+    /// Both, if they move.
+    #[default]
+    Both,
+    /// Only who moves towards the contact.
+    Approaching,
+}
+
+/// What a match is about.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Objective {
+    /// The units of each seat must reach its zone.
+    Race {
+        /// The zone of each seat, in order of the seats.
+        zones: Vec<Zone>,
+    },
+}
+
+/// A rectangle of the map that belongs to a seat.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Zone {
+    /// The seat.
+    pub seat: Seat,
+    /// The corner with the smallest coordinates, in world units.
+    pub min: DVec2,
+    /// The corner with the largest coordinates, in world units.
+    pub max: DVec2,
+}
+
+impl Zone {
+    /// Returns whether a point lies in the zone; its border belongs to it.
+    #[must_use]
+    pub fn contains(&self, point: DVec2) -> bool {
+        self.min.x <= point.x && point.x <= self.max.x && self.min.y <= point.y && point.y <= self.max.y
+    }
+}
+
+/// The terrain that a seat knows.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Terrain {
+    /// Tiles to the right; a tile edge is one world unit.
+    pub width: u32,
+    /// Tiles down.
+    pub height: u32,
+    /// One text a row, one character a tile: `.` open, `@` blocked, and half-blocked tiles by the blocked
+    /// corner: `1` north-west, `2` north-east, `3` south-west, `4` south-east.
+    pub tiles: Vec<String>,
+    /// The walls as (x1, y1, x2, y2), the blocked side to the right.
+    pub segments: Vec<(f64, f64, f64, f64)>,
+}
+
+impl Terrain {
+    /// Returns the whole terrain of a map.
+    #[must_use]
+    pub fn of(map: &TileMap) -> Self {
+        let row = |y| (0..map.width()).map(|x| character(map.tile(x, y))).collect();
+        let wall = |segment: &maniple_geometry::Segment| {
+            (segment.start.x, segment.start.y, segment.end.x, segment.end.y)
+        };
+        Self {
+            width: map.width(),
+            height: map.height(),
+            tiles: (0..map.height()).map(row).collect(),
+            segments: map.segments().iter().map(wall).collect(),
+        }
+    }
+}
+
+fn character(_tile: Tile) -> char {
+    '.'
+}

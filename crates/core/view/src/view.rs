@@ -1,0 +1,206 @@
+//! What one player knows.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use maniple_geometry::Cycle;
+use thiserror::Error;
+
+use crate::base::Base;
+use crate::delta::Delta;
+use crate::identity::{Digest, Handle, Seat, UnitTypeId};
+
+/// An object as a view holds it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Its type.
+    pub unit_type: UnitTypeId,
+    /// Whose it is.
+    pub owner: Seat,
+    /// From what its position is evaluated.
+    pub base: Base,
+    /// Motions that wait behind its present one; `None` for objects of others.
+    pub queued: Option<u32>,
+}
+
+/// A delta that does not fit the view it is applied to.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+pub enum MismatchError {
+    /// The delta changes an object that the view does not hold.
+    #[error("the delta of cycle {cycle} changes object {object}, which the view does not hold")]
+    UnknownObject {
+        /// The cycle of the delta.
+        cycle: Cycle,
+        /// The object.
+        object: Handle,
+    },
+    /// The delta lets an object appear that the view holds already.
+    #[error("the delta of cycle {cycle} lets object {object} appear, which the view holds already")]
+    AppearedTwice {
+        /// The cycle of the delta.
+        cycle: Cycle,
+        /// The object.
+        object: Handle,
+    },
+    /// The view after the delta has another hash than the server's.
+    #[error("after the delta of cycle {cycle} the view hashes to {found}, the server's to {expected}")]
+    Check {
+        /// The cycle of the delta.
+        cycle: Cycle,
+        /// The hash that the delta carries.
+        expected: Digest,
+        /// The hash of the view.
+        found: Digest,
+    },
+}
+
+/// All that one player knows of the objects in a match, at the start of a cycle.
+///
+/// Server and client hold one each and change them with the same deltas by the same code.
+#[doc(alias = "observation")]
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct View {
+    cycle: Cycle,
+    objects: BTreeMap<Handle, Seen>,
+    /// Wrapping sum of the hashes of the objects.
+    sum: u64,
+}
+
+impl View {
+    /// Returns a view that holds nothing.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Changes the view by a delta and compares the hash.
+    ///
+    /// # Errors
+    /// A delta that does not fit: see [`MismatchError`]. The view is then of no use any more.
+    pub fn apply(&mut self, delta: &Delta) -> Result<(), MismatchError> {
+        self.apply_unchecked(delta)?;
+        let found = self.check();
+        if found == delta.check {
+            Ok(())
+        } else {
+            Err(MismatchError::Check { cycle: delta.cycle, expected: delta.check, found })
+        }
+    }
+
+    /// Changes the view by a delta whose hash is not known yet.
+    pub(crate) fn apply_unchecked(&mut self, delta: &Delta) -> Result<(), MismatchError> {
+        let cycle = delta.cycle;
+        self.cycle = cycle;
+        for &object in delta.vanished.iter().chain(&delta.died) {
+            let seen = self
+                .objects
+                .remove(&object)
+                .ok_or(MismatchError::UnknownObject { cycle, object })?;
+            self.sum = self.sum.wrapping_sub(hash(object, &seen));
+        }
+        for moved in &delta.moved {
+            self.change(cycle, moved.object, |seen| seen.base = moved.base)?;
+        }
+        for stopped in &delta.stopped {
+            let moment = maniple_geometry::Moment { cycle: stopped.cycle, fraction: stopped.fraction };
+            self.change(cycle, stopped.object, |seen| seen.base = Base::at_rest(stopped.point, moment))?;
+        }
+        for changed in &delta.changed {
+            self.change(cycle, changed.object, |seen| seen.queued = Some(changed.queued))?;
+        }
+        for new in &delta.appeared {
+            let seen =
+                Seen { unit_type: new.unit_type, owner: new.owner, base: new.base, queued: new.queued };
+            if self.objects.insert(new.object, seen).is_some() {
+                return Err(MismatchError::AppearedTwice { cycle, object: new.object });
+            }
+            self.sum = self.sum.wrapping_add(hash(new.object, &seen));
+        }
+        Ok(())
+    }
+
+    /// Returns the cycle at whose start the view is like this.
+    #[must_use]
+    pub fn cycle(&self) -> Cycle {
+        self.cycle
+    }
+
+    /// Returns the objects in sight, by handle.
+    pub fn objects(&self) -> impl Iterator<Item = (Handle, &Seen)> {
+        self.objects.iter().map(|(&handle, seen)| (handle, seen))
+    }
+
+    /// Returns the objects of a seat, by handle.
+    pub fn objects_of(&self, seat: Seat) -> impl Iterator<Item = (Handle, &Seen)> {
+        self.objects().filter(move |(_, seen)| seen.owner == seat)
+    }
+
+    /// Returns an object; `None` where it is not in sight.
+    #[must_use]
+    pub fn object(&self, object: Handle) -> Option<&Seen> {
+        self.objects.get(&object)
+    }
+
+    /// Returns where an object is now; `None` where it is not in sight.
+    #[must_use]
+    pub fn position(&self, object: Handle) -> Option<DVec2> {
+        self.objects.get(&object).map(|seen| seen.base.position(self.cycle))
+    }
+
+    /// Returns the hash of the view: FNV-1a over the cycle and the wrapping sum of one hash an object.
+    ///
+    /// FNV-1a (Fowler, Noll and Vo, 1991) because any language can compute it in five lines; it guards against
+    /// mistakes, not against malice.
+    #[must_use]
+    pub fn check(&self) -> Digest {
+        let mut fnv = Fnv::new();
+        fnv.write(&self.cycle.0.to_le_bytes());
+        fnv.write(&self.sum.to_le_bytes());
+        Digest(fnv.0)
+    }
+
+    fn change(
+        &mut self,
+        cycle: Cycle,
+        object: Handle,
+        change: impl FnOnce(&mut Seen),
+    ) -> Result<(), MismatchError> {
+        let seen = self.objects.get_mut(&object).ok_or(MismatchError::UnknownObject { cycle, object })?;
+        self.sum = self.sum.wrapping_sub(hash(object, seen));
+        change(seen);
+        self.sum = self.sum.wrapping_add(hash(object, seen));
+        Ok(())
+    }
+}
+
+/// FNV-1a over handle, type, owner, point, cycle, fraction, velocity and queue of an object, little-endian.
+///
+/// A queue that is not known counts as 2^32 - 1.
+fn hash(object: Handle, seen: &Seen) -> u64 {
+    let mut fnv = Fnv::new();
+    fnv.write(&object.0.to_le_bytes());
+    fnv.write(&seen.unit_type.0.to_le_bytes());
+    fnv.write(&seen.owner.0.to_le_bytes());
+    fnv.write(&seen.base.point.x.to_le_bytes());
+    fnv.write(&seen.base.point.y.to_le_bytes());
+    fnv.write(&seen.base.cycle.0.to_le_bytes());
+    fnv.write(&seen.base.fraction.to_le_bytes());
+    fnv.write(&seen.base.velocity.x.to_le_bytes());
+    fnv.write(&seen.base.velocity.y.to_le_bytes());
+    fnv.write(&seen.queued.unwrap_or(u32::MAX).to_le_bytes());
+    fnv.0
+}
+
+struct Fnv(u64);
+
+impl Fnv {
+    fn new() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}
