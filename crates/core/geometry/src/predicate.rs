@@ -1,0 +1,220 @@
+//! Decisions with an exact sign: an error bound first, arithmetic without rounding only where it cannot tell.
+//!
+//! All bounds count in `u`, the unit roundoff of `f64`: a rounded operation has a relative error of at most `u`.
+//! The bounds are generous (the constants are rounded up by half and more), since all they cost is a few more
+//! calls of the exact arithmetic. See Shewchuk, *Adaptive Precision Floating-Point Arithmetic and Fast Robust
+//! Geometric Predicates*, 1997, for the method.
+
+use std::cmp::Ordering;
+
+use glam::DVec2;
+
+use crate::exact::{Exact, ExactVector};
+use crate::piece::Anchor;
+use crate::scalar::{Planar, Scalar};
+use crate::segment::Segment;
+
+const U: f64 = f64::EPSILON / 2.0;
+
+/// Returns whether two circles overlap: `|p - q| < r + s`, exactly. Touching is not overlapping.
+#[must_use]
+pub fn circles_overlap<S: Scalar>(p: S::Vector, r: S, q: S::Vector, s: S) -> bool {
+    let still = |point: S::Vector| Anchor::still(point.to_dvec2());
+    Pair::new(still(p), still(q), (r.to_f64(), s.to_f64())).gap_sign() == Ordering::Less
+}
+
+/// Returns whether a circle overlaps a segment: the distance from the centre is below the radius, exactly.
+/// Touching is not overlapping.
+#[must_use]
+pub fn circle_overlaps_segment<S: Scalar>(center: S::Vector, radius: S, segment: &Segment<S>) -> bool {
+    Approach::new(Anchor::still(center.to_dvec2()), radius.to_f64(), segment).is_overlapping()
+}
+
+impl Anchor {
+    pub(crate) fn still(point: DVec2) -> Self {
+        Self { point, velocity: DVec2::ZERO, since: 0.0, time: 0.0 }
+    }
+
+    /// The place, rounded.
+    fn place(&self) -> DVec2 {
+        self.point + self.velocity * (self.time - self.since)
+    }
+
+    /// A bound of the error of each component of the rounded place.
+    fn error(&self) -> f64 {
+        if self.time == self.since { 0.0 } else { 4.0 * U * (norm(self.point) + 2.0 * norm(self.velocity)) }
+    }
+
+    fn exact(&self) -> ExactVector {
+        let elapsed = Exact::new(self.time) - Exact::new(self.since);
+        ExactVector::new(self.point) + ExactVector::new(self.velocity).scaled(elapsed)
+    }
+}
+
+/// Two circles on straight lines, at one time.
+///
+/// Symbols: `d` the offset from the first centre to the second, `w` the velocity of the second relative to the
+/// first, `R` the sum of the radii.
+pub(crate) struct Pair {
+    a: Anchor,
+    b: Anchor,
+    radii: (f64, f64),
+    d: DVec2,
+    d_error: f64,
+    w: DVec2,
+    reach: f64,
+}
+
+impl Pair {
+    pub(crate) fn new(a: Anchor, b: Anchor, radii: (f64, f64)) -> Self {
+        let d = b.place() - a.place();
+        let d_error = a.error() + b.error() + U * norm(d);
+        Self { a, b, radii, d, d_error, w: b.velocity - a.velocity, reach: radii.0 + radii.1 }
+    }
+
+    /// The sign of `d · w`: negative where the circles approach.
+    pub(crate) fn approach_sign(&self) -> Ordering {
+        let value = self.d.dot(self.w);
+        let error = norm(self.w) * (self.d_error + 6.0 * U * norm(self.d));
+        sign(value, error, || self.exact_offset().dot(self.exact_velocity()).sign())
+    }
+
+    /// The sign of `|d| - R`: negative where the circles overlap. Taken as the sign of `d² - R²`.
+    pub(crate) fn gap_sign(&self) -> Ordering {
+        let square = self.d.dot(self.d);
+        let value = square - self.reach * self.reach;
+        let error =
+            4.0 * self.d_error * (norm(self.d) + self.d_error) + 6.0 * U * (square + self.reach * self.reach);
+        sign(value, error, || {
+            let d = self.exact_offset();
+            (d.dot(d) - self.exact_reach().squared()).sign()
+        })
+    }
+
+    /// The sign of `w² R² - (d × w)²`: positive where the lines bring the circles nearer than touching, at some
+    /// time before or after. The form has no cancellation from afar, as `(d·w)² - w² (d² - R²)` would.
+    pub(crate) fn crossing_sign(&self) -> Ordering {
+        let cross = self.d.perp_dot(self.w);
+        let cross_error = norm(self.w) * (self.d_error + 6.0 * U * norm(self.d));
+        let square = self.w.dot(self.w) * (self.reach * self.reach);
+        let value = square - cross * cross;
+        let error = 12.0 * U * (square + cross * cross) + 4.0 * cross_error * (cross.abs() + cross_error);
+        sign(value, error, || {
+            let (d, w) = (self.exact_offset(), self.exact_velocity());
+            (w.dot(w) * self.exact_reach().squared() - d.cross(w).squared()).sign()
+        })
+    }
+
+    /// The sign of `v · d` for the velocity `v` of the first circle: positive where it moves towards the second.
+    pub(crate) fn first_advance_sign(&self) -> Ordering {
+        let value = self.a.velocity.dot(self.d);
+        let error = norm(self.a.velocity) * (self.d_error + 6.0 * U * norm(self.d));
+        sign(value, error, || ExactVector::new(self.a.velocity).dot(self.exact_offset()).sign())
+    }
+
+    fn exact_offset(&self) -> ExactVector {
+        self.b.exact() - self.a.exact()
+    }
+
+    fn exact_velocity(&self) -> ExactVector {
+        ExactVector::new(self.b.velocity) - ExactVector::new(self.a.velocity)
+    }
+
+    fn exact_reach(&self) -> Exact {
+        Exact::new(self.radii.0) + Exact::new(self.radii.1)
+    }
+}
+
+/// A circle beside a segment, at one time.
+///
+/// Symbols: `e` the segment from its start to its end, `q` the offset from its start to the centre, `r` the
+/// radius. `e × q` is the distance from the line times `|e|`, `e · q` the foot's place times `|e|`.
+pub(crate) struct Approach {
+    center: Anchor,
+    radius: f64,
+    start: DVec2,
+    end: DVec2,
+}
+
+impl Approach {
+    pub(crate) fn new<S: Scalar>(center: Anchor, radius: f64, segment: &Segment<S>) -> Self {
+        Self { center, radius, start: segment.start.to_dvec2(), end: segment.end.to_dvec2() }
+    }
+
+    /// Whether the distance to the segment is below the radius.
+    pub(crate) fn is_overlapping(&self) -> bool {
+        if self.foot_sign(self.start, self.end) != Ordering::Greater {
+            return self.end_gap_sign(self.start) == Ordering::Less;
+        }
+        if self.foot_sign(self.end, self.start) != Ordering::Greater {
+            return self.end_gap_sign(self.end) == Ordering::Less;
+        }
+        self.line_gap_sign() == Ordering::Less
+    }
+
+    /// The sign of `e × q`: on which side of the line the centre is.
+    pub(crate) fn side_sign(&self) -> Ordering {
+        let (e, q) = (self.end - self.start, self.center.place() - self.start);
+        sign(e.perp_dot(q), self.product_error(e, q), || self.exact_cross().sign())
+    }
+
+    /// The sign of `(to - from) · (p - from)` for the centre `p`: positive where the foot lies beyond `from`.
+    fn foot_sign(&self, from: DVec2, to: DVec2) -> Ordering {
+        let (e, q) = (to - from, self.center.place() - from);
+        sign(e.dot(q), self.product_error(e, q), || {
+            let from = ExactVector::new(from);
+            (ExactVector::new(to) - from).dot(self.center.exact() - from).sign()
+        })
+    }
+
+    fn end_gap_sign(&self, end: DVec2) -> Ordering {
+        Pair::new(self.center, Anchor::still(end), (self.radius, 0.0)).gap_sign()
+    }
+
+    /// The sign of `(e × q)² - r² e²`.
+    fn line_gap_sign(&self) -> Ordering {
+        let (e, q) = (self.end - self.start, self.center.place() - self.start);
+        let cross = e.perp_dot(q);
+        let cross_error = self.product_error(e, q);
+        let square = self.radius * self.radius * e.dot(e);
+        let value = cross * cross - square;
+        let error = 12.0 * U * (square + cross * cross) + 4.0 * cross_error * (cross.abs() + cross_error);
+        sign(value, error, || {
+            let e = ExactVector::new(self.end) - ExactVector::new(self.start);
+            (self.exact_cross().squared() - Exact::new(self.radius).squared() * e.dot(e)).sign()
+        })
+    }
+
+    fn product_error(&self, e: DVec2, q: DVec2) -> f64 {
+        norm(e) * (self.center.error() + 8.0 * U * norm(q))
+    }
+
+    fn exact_cross(&self) -> Exact {
+        let start = ExactVector::new(self.start);
+        (ExactVector::new(self.end) - start).cross(self.center.exact() - start)
+    }
+}
+
+/// The sign of `(b - a) × (c - a)` for the straight way from `a` along `velocity`: on which side of it `c` lies.
+pub(crate) fn side_of_way(way: &Anchor, c: DVec2) -> Ordering {
+    let q = c - way.place();
+    let error = norm(way.velocity) * (way.error() + 8.0 * U * norm(q));
+    sign(way.velocity.perp_dot(q), error, || {
+        ExactVector::new(way.velocity).cross(ExactVector::new(c) - way.exact()).sign()
+    })
+}
+
+fn sign(value: f64, error: f64, exact: impl FnOnce() -> Ordering) -> Ordering {
+    if value > error {
+        Ordering::Greater
+    } else if value < -error {
+        Ordering::Less
+    } else {
+        exact()
+    }
+}
+
+/// `|x| + |y|`, an upper bound of the length that is cheap and has a relative error of `u`.
+fn norm(vector: DVec2) -> f64 {
+    vector.x.abs() + vector.y.abs()
+}

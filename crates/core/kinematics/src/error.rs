@@ -1,0 +1,87 @@
+//! What the world refuses.
+
+use maniple_geometry::{Cycle, NumberError, ObjectId};
+use thiserror::Error;
+
+/// A wall that cannot be built.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum WallError {
+    /// A coordinate that no world accepts.
+    #[error("segment {index}: {field} {problem}")]
+    BadNumber {
+        /// The place of the wall in the list.
+        index: usize,
+        /// The coordinate: `x1`, `y1`, `x2` or `y2`.
+        field: &'static str,
+        /// What is wrong with it.
+        problem: NumberError,
+    },
+}
+
+/// An object that cannot be put into the world.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum InsertError {
+    /// A number that the world does not accept.
+    #[error("{field} {problem}")]
+    BadNumber {
+        /// The field: `x`, `y` or `r`.
+        field: &'static str,
+        /// What is wrong with it.
+        problem: NumberError,
+    },
+    /// The id is taken.
+    #[error("there is an object with this id already; give each its own")]
+    DuplicateId,
+    /// It would overlap an object.
+    #[error("overlaps object {other}; move one of them away")]
+    OverlapsObject {
+        /// The object with the smallest id of those that it would overlap.
+        other: ObjectId,
+    },
+    /// It would overlap a wall.
+    #[error("overlaps a wall from ({}, {}) to ({}, {}); move it away", .segment.0, .segment.1, .segment.2, .segment.3)]
+    OverlapsWall {
+        /// The wall, as (x1, y1, x2, y2).
+        segment: (f64, f64, f64, f64),
+    },
+}
+
+/// An order that the world refuses; nothing changed.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum OrderError {
+    /// There is no object with this id.
+    #[error("there is no such object")]
+    UnknownObject,
+    /// A number that the world does not accept.
+    #[error("{field} {problem}")]
+    BadNumber {
+        /// The field: `x`, `y`, `s` or `start`.
+        field: &'static str,
+        /// What is wrong with it.
+        problem: NumberError,
+    },
+    /// The start has gone by.
+    #[error("start lies before cycle {now}, which comes next")]
+    StartInPast {
+        /// The cycle that comes next.
+        now: Cycle,
+    },
+    /// More legs than an object may have waiting.
+    #[error("more than {max} waypoints")]
+    TooManyWaypoints {
+        /// The largest number.
+        max: usize,
+    },
+    /// An order without a leg.
+    #[error("a path needs at least one waypoint")]
+    EmptyPath,
+}
+
+/// A breach of the promise that nothing overlaps, found by [`crate::World::overlaps`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Overlap {
+    /// Two objects.
+    Objects(ObjectId, ObjectId),
+    /// An object and the wall with this place in the list.
+    Wall(ObjectId, usize),
+}

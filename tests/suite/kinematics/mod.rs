@@ -1,0 +1,6 @@
+//! The kinematic core: its promises, and its agreement with a slow twin.
+
+mod agreement;
+mod promises;
+mod scene;
+mod twin;
