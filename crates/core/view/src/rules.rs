@@ -1,7 +1,7 @@
 //! Every constant of a match that a client needs.
 
 use glam::DVec2;
-use maniple_tilemap::{Tile, TileMap};
+use maniple_tilemap::{Corner, Tile, TileMap, TileShape};
 use serde::{Deserialize, Serialize};
 
 use crate::identity::Seat;
@@ -130,6 +130,13 @@ impl Terrain {
     }
 }
 
-fn character(_tile: Tile) -> char {
-    '.'
+fn character(tile: Tile) -> char {
+    match tile.shape {
+        TileShape::Open => '.',
+        TileShape::Blocked => '@',
+        TileShape::Diagonal(Corner::Northwest) => '1',
+        TileShape::Diagonal(Corner::Northeast) => '2',
+        TileShape::Diagonal(Corner::Southwest) => '3',
+        TileShape::Diagonal(Corner::Southeast) => '4',
+    }
 }

@@ -92,10 +92,7 @@ impl View {
         let cycle = delta.cycle;
         self.cycle = cycle;
         for &object in delta.vanished.iter().chain(&delta.died) {
-            let seen = self
-                .objects
-                .remove(&object)
-                .ok_or(MismatchError::UnknownObject { cycle, object })?;
+            let seen = self.objects.remove(&object).ok_or(MismatchError::UnknownObject { cycle, object })?;
             self.sum = self.sum.wrapping_sub(hash(object, &seen));
         }
         for moved in &delta.moved {
