@@ -1,1 +1,29 @@
-//! Placeholder while the skeleton is laid.
+//! Messages, frames, codec, handshake and replay bytes: turns values into bytes and back, and does no I/O.
+//!
+//! `docs/PROTOCOL.md` says the same for authors of clients in other languages, byte by byte.
+
+#[cfg(test)]
+mod arbitrary;
+mod codec;
+mod encoding;
+mod frame;
+mod handshake;
+mod limits;
+mod message;
+mod refused;
+mod replay;
+mod replay_reader;
+
+pub use encoding::{
+    DecodeError, EncodeError, Encoding, EncodingError, decode_client, decode_server, encode_client,
+    encode_commands, encode_server,
+};
+pub use frame::{FrameDecoder, FrameError};
+pub use handshake::{Inbound, Input};
+pub use limits::{
+    FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, TOKEN_DIGITS,
+};
+pub use message::{ClientMessage, Hello, PROTOCOL, ServerMessage, Welcome};
+pub use refused::Refused;
+pub use replay::{REPLAY_VERSION, Record, ReplayHeader, ReplayWriter};
+pub use replay_reader::{Partial, Replay, ReplayError, ReplayProblem, read_partial, read_replay};

@@ -1,0 +1,304 @@
+//! Random values for the tests of this crate.
+
+use glam::DVec2;
+use maniple_geometry::Cycle;
+use maniple_view::{
+    Appeared, Base, Changed, ClockMode, Command, CommandResult, Delta, Digest, EndReason, Handle,
+    MatchResult, Moved, Objective, Outcome, Refusal, Rules, Score, Seat, Sequenced, StopReason, Stopped,
+    Stops, Terrain, UnitType, UnitTypeId, Zone,
+};
+
+use crate::message::{ClientMessage, Hello, ServerMessage, Welcome};
+use crate::refused::Refused;
+
+/// A stream of numbers from a seed: SplitMix64 (Steele, Lea and Flood 2014).
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    pub(crate) fn number(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        mixed ^ (mixed >> 31)
+    }
+
+    /// Returns a number in `0..end`.
+    pub(crate) fn below(&mut self, end: usize) -> usize {
+        usize::try_from(self.number() % u64::try_from(end).unwrap()).unwrap()
+    }
+
+    pub(crate) fn coin(&mut self) -> bool {
+        self.below(2) == 0
+    }
+
+    /// Returns a number of any size, small ones as often as large ones.
+    pub(crate) fn sized(&mut self) -> u64 {
+        let shift = self.below(64);
+        self.number() >> shift
+    }
+
+    pub(crate) fn u32(&mut self) -> u32 {
+        u32::try_from(self.sized() & 0xffff_ffff).unwrap()
+    }
+
+    pub(crate) fn u16(&mut self) -> u16 {
+        u16::try_from(self.sized() & 0xffff).unwrap()
+    }
+
+    /// Returns any finite double: each bit pattern, with a taste for the extreme ones.
+    pub(crate) fn double(&mut self) -> f64 {
+        const EXTREME: [f64; 10] = [
+            0.0,
+            -0.0,
+            f64::MAX,
+            f64::MIN,
+            f64::MIN_POSITIVE,
+            f64::EPSILON,
+            5e-324,
+            0.1,
+            9_007_199_254_740_993.0,
+            -1e308,
+        ];
+        if self.below(4) == 0 {
+            return EXTREME[self.below(EXTREME.len())];
+        }
+        let double = f64::from_bits(self.number());
+        if double.is_finite() { double } else { 0.5 }
+    }
+
+    pub(crate) fn text(&mut self) -> String {
+        const CHARACTERS: [char; 10] = ['a', 'Z', ' ', '"', '\\', '\n', '\0', 'é', '漢', '🌍'];
+        (0..self.below(12)).map(|_| CHARACTERS[self.below(CHARACTERS.len())]).collect()
+    }
+
+    /// Returns fewer than `end` random bytes.
+    pub(crate) fn bytes(&mut self, end: usize) -> Vec<u8> {
+        (0..self.below(end)).map(|_| self.number().to_le_bytes()[0]).collect()
+    }
+
+    /// Returns the bytes in pieces of random length, some of them empty.
+    pub(crate) fn split<'a>(&mut self, mut bytes: &'a [u8]) -> Vec<&'a [u8]> {
+        let mut pieces = Vec::new();
+        while !bytes.is_empty() {
+            let (piece, rest) = bytes.split_at(self.below(bytes.len() + 1));
+            pieces.push(piece);
+            bytes = rest;
+        }
+        pieces
+    }
+
+    pub(crate) fn list<T>(&mut self, mut item: impl FnMut(&mut Self) -> T) -> Vec<T> {
+        (0..self.below(4)).map(|_| item(self)).collect()
+    }
+
+    pub(crate) fn maybe<T>(&mut self, item: impl FnOnce(&mut Self) -> T) -> Option<T> {
+        if self.coin() { Some(item(self)) } else { None }
+    }
+
+    pub(crate) fn client_message(&mut self) -> ClientMessage {
+        match self.below(4) {
+            0 => ClientMessage::Hello(Hello {
+                protocol: self.u32(),
+                client: self.text(),
+                player: self.text(),
+                token: self.text(),
+            }),
+            1 => ClientMessage::Commands { seen_cycle: self.cycle(), list: self.list(Self::sequenced) },
+            2 => ClientMessage::Done { cycle: self.cycle() },
+            _ => ClientMessage::Ping { id: self.u32() },
+        }
+    }
+
+    pub(crate) fn server_message(&mut self) -> ServerMessage {
+        match self.below(5) {
+            0 => ServerMessage::Welcome(self.welcome()),
+            1 => ServerMessage::Refused { reason: self.refused() },
+            2 => ServerMessage::Delta(self.delta()),
+            3 => ServerMessage::Pong { id: self.u32(), cycle: self.cycle(), fraction: self.double() },
+            _ => ServerMessage::Ended { result: self.result() },
+        }
+    }
+
+    pub(crate) fn sequenced(&mut self) -> Sequenced {
+        Sequenced { seq: self.u32(), command: self.command() }
+    }
+
+    pub(crate) fn result(&mut self) -> MatchResult {
+        MatchResult {
+            winner: self.maybe(Self::seat),
+            reason: [EndReason::Objective, EndReason::Length, EndReason::Resigned][self.below(3)],
+            cycles: self.cycle(),
+            scores: self.list(Self::score),
+            hash: Digest(self.sized()),
+        }
+    }
+
+    pub(crate) fn seat(&mut self) -> Seat {
+        Seat(self.u16())
+    }
+
+    pub(crate) fn cycle(&mut self) -> Cycle {
+        Cycle(self.u32())
+    }
+
+    fn handle(&mut self) -> Handle {
+        Handle(self.u32())
+    }
+
+    fn point(&mut self) -> DVec2 {
+        DVec2::new(self.double(), self.double())
+    }
+
+    fn command(&mut self) -> Command {
+        let start = |random: &mut Self| (random.cycle(), random.double());
+        match self.below(4) {
+            0 => Command::Move {
+                object: self.handle(),
+                x: self.double(),
+                y: self.double(),
+                s: self.maybe(Self::double),
+                queue: self.coin(),
+                start: self.maybe(start),
+            },
+            1 => Command::Path {
+                object: self.handle(),
+                points: self.list(|random| (random.double(), random.double(), random.maybe(Self::double))),
+                start: self.maybe(start),
+            },
+            2 => Command::Stop { object: self.handle() },
+            _ => Command::Resign,
+        }
+    }
+
+    fn refused(&mut self) -> Refused {
+        match self.below(11) {
+            0 => Refused::Protocol { supported: self.u32() },
+            1 => Refused::Handshake,
+            2 => Refused::Timeout { seconds: self.u32() },
+            3 => Refused::NameTooLong { limit: self.u32() },
+            4 => Refused::Token,
+            5 => Refused::Full,
+            6 => Refused::Replaced,
+            7 => Refused::Malformed { place: self.text(), problem: self.text() },
+            8 => Refused::TooLarge { limit: self.u32() },
+            9 => Refused::TooSlow,
+            _ => Refused::Shutdown,
+        }
+    }
+
+    fn welcome(&mut self) -> Welcome {
+        Welcome {
+            match_id: Digest(self.number()),
+            seat: self.seat(),
+            seats: self.u16(),
+            cycle: self.cycle(),
+            rate: self.double(),
+            clock: if self.coin() { ClockMode::Realtime } else { ClockMode::Lockstep },
+            rules: Rules {
+                scenario: self.text(),
+                cycles_max: self.u32(),
+                players: self.list(Self::text),
+                unit_types: self.list(|random| UnitType {
+                    name: random.text(),
+                    radius: random.double(),
+                    speed: random.double(),
+                    sight: random.double(),
+                }),
+                stops: if self.coin() { Stops::Both } else { Stops::Approaching },
+                skin: self.double(),
+                waypoints_max: self.u32(),
+                commands_a_cycle_max: self.u32(),
+                objective: Objective::Race {
+                    zones: self.list(|random| Zone {
+                        seat: random.seat(),
+                        min: random.point(),
+                        max: random.point(),
+                    }),
+                },
+                fog: self.coin(),
+            },
+            terrain: Terrain {
+                width: self.u32(),
+                height: self.u32(),
+                tiles: self.list(Self::text),
+                segments: self
+                    .list(|random| (random.double(), random.double(), random.double(), random.double())),
+            },
+        }
+    }
+
+    fn delta(&mut self) -> Delta {
+        Delta {
+            cycle: self.cycle(),
+            results: self.list(|random| CommandResult { seq: random.u32(), outcome: random.outcome() }),
+            revealed: self.list(|random| (random.u32(), random.u32(), ['.', '@', '漢'][random.below(3)])),
+            appeared: self.list(|random| Appeared {
+                object: random.handle(),
+                unit_type: UnitTypeId(random.u16()),
+                owner: random.seat(),
+                base: random.base(),
+                queued: random.maybe(Self::u32),
+            }),
+            moved: self.list(|random| Moved { object: random.handle(), base: random.base() }),
+            stopped: self.list(|random| Stopped {
+                object: random.handle(),
+                point: random.point(),
+                cycle: random.cycle(),
+                fraction: random.double(),
+                reason: random.maybe(Self::stop_reason),
+            }),
+            vanished: self.list(Self::handle),
+            died: self.list(Self::handle),
+            changed: self.list(|random| Changed { object: random.handle(), queued: random.u32() }),
+            check: Digest(self.sized()),
+        }
+    }
+
+    fn base(&mut self) -> Base {
+        Base { point: self.point(), cycle: self.cycle(), fraction: self.double(), velocity: self.point() }
+    }
+
+    fn stop_reason(&mut self) -> StopReason {
+        match self.below(5) {
+            0 => StopReason::Arrived,
+            1 => StopReason::Ordered,
+            2 => StopReason::Object { other: self.maybe(Self::handle) },
+            3 => StopReason::Segment,
+            _ => StopReason::Edge,
+        }
+    }
+
+    fn outcome(&mut self) -> Outcome {
+        if self.coin() {
+            return Outcome::Applied { cycle: self.cycle(), late: self.u32() };
+        }
+        let reason = match self.below(10) {
+            0 => Refusal::UnknownHandle,
+            1 => Refusal::OutOfWorld { width: self.u32(), height: self.u32() },
+            2 => Refusal::BadNumber { field: self.text(), problem: self.text() },
+            3 => Refusal::TooFast { max: self.double() },
+            4 => Refusal::UnknownAction,
+            5 => Refusal::TooManyWaypoints { max: self.u32() },
+            6 => Refusal::EmptyPath,
+            7 => Refusal::TooManyCommands { max: self.u32() },
+            8 => Refusal::StartInPast { now: self.cycle() },
+            _ => Refusal::Out,
+        };
+        Outcome::Refused { reason }
+    }
+
+    fn score(&mut self) -> Score {
+        Score {
+            seat: self.seat(),
+            name: self.text(),
+            arrived: self.u32(),
+            units: self.u32(),
+            arrival_sum: self.sized(),
+            resigned: self.coin(),
+        }
+    }
+}

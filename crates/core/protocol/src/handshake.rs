@@ -1,0 +1,364 @@
+//! The server's side of a connection: from the first bytes over the hello to the messages of the match.
+
+use maniple_geometry::Cycle;
+use maniple_view::Sequenced;
+
+use crate::encoding::{Encoding, decode_client};
+use crate::frame::{FrameDecoder, FrameError};
+use crate::limits::{FRAME_FROM_CLIENT_MAX, HELLO_MAX, NAME_MAX, TOKEN_DIGITS};
+use crate::message::{ClientMessage, Hello, PROTOCOL};
+use crate::refused::Refused;
+
+/// What a connection gave.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Input {
+    /// The hello: comes first, comes once, and fits the protocol and the limits. Its token is empty or
+    /// [`TOKEN_DIGITS`] hex digits; whether it opens a seat is for the match to say.
+    Hello(Hello),
+    /// Commands for the next cycle.
+    Commands {
+        /// The last cycle that the client had seen.
+        seen_cycle: Cycle,
+        /// The commands, in order.
+        list: Vec<Sequenced>,
+    },
+    /// The client has said all that it wants to say in this cycle.
+    Done {
+        /// The cycle.
+        cycle: Cycle,
+    },
+    /// Asks for a pong.
+    Ping {
+        /// The number that goes back.
+        id: u32,
+    },
+    /// The client broke the protocol: send it this reason and close. Nothing comes after.
+    Violation(Refused),
+}
+
+/// Turns what one client sends into checked messages.
+///
+/// Hand in bytes, then take out inputs until there is none. How the bytes are split makes no difference. It keeps
+/// one message of at most [`HELLO_MAX`] bytes before the hello and [`FRAME_FROM_CLIENT_MAX`] after it.
+#[derive(Clone, Debug)]
+pub struct Inbound {
+    stage: Stage,
+}
+
+#[derive(Clone, Debug)]
+enum Stage {
+    /// Fewer bytes than show the encoding.
+    Detecting(Vec<u8>),
+    /// The stream of messages, and how many were taken from it; the first is the hello.
+    Talking(FrameDecoder, u64),
+    /// Nothing more is read.
+    Closed(Encoding),
+}
+
+impl Inbound {
+    /// Returns the state of a connection from which nothing came yet.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { stage: Stage::Detecting(Vec::new()) }
+    }
+
+    /// Takes bytes that came in; forgets them after a violation.
+    ///
+    /// # Panics
+    /// When [`Self::poll`] was not called until it gave `None` since the last bytes.
+    pub fn handle_bytes(&mut self, bytes: &[u8]) {
+        match &mut self.stage {
+            Stage::Detecting(first_bytes) => {
+                assert!(first_bytes.len() < 4, "all inputs are taken out before more bytes come in");
+                first_bytes.extend_from_slice(bytes);
+            }
+            Stage::Talking(frames, _) => frames.handle_bytes(bytes),
+            Stage::Closed(_) => {}
+        }
+    }
+
+    /// Returns what the bytes say next; `None` until more have come in, or for ever after a violation.
+    pub fn poll(&mut self) -> Option<Input> {
+        match self.try_poll() {
+            Ok(input) => input,
+            Err(refused) => {
+                self.stage = Stage::Closed(self.encoding());
+                Some(Input::Violation(refused))
+            }
+        }
+    }
+
+    /// Returns the encoding in which the client is answered: its own, or JSON, which a person can read, as long as
+    /// it has not shown.
+    #[must_use]
+    pub fn encoding(&self) -> Encoding {
+        match &self.stage {
+            Stage::Detecting(_) => Encoding::Json,
+            Stage::Talking(frames, _) => frames.encoding(),
+            Stage::Closed(encoding) => *encoding,
+        }
+    }
+
+    fn try_poll(&mut self) -> Result<Option<Input>, Refused> {
+        self.detect()?;
+        let Stage::Talking(frames, messages) = &mut self.stage else { return Ok(None) };
+        let Some(message) = next_message(frames, *messages + 1)? else { return Ok(None) };
+        *messages += 1;
+        let is_first = *messages == 1;
+        if is_first != matches!(message, ClientMessage::Hello(_)) {
+            return Err(Refused::Handshake);
+        }
+        match message {
+            ClientMessage::Hello(hello) => {
+                check_hello(&hello)?;
+                frames.change_limit(FRAME_FROM_CLIENT_MAX);
+                Ok(Some(Input::Hello(hello)))
+            }
+            ClientMessage::Commands { seen_cycle, list } => Ok(Some(Input::Commands { seen_cycle, list })),
+            ClientMessage::Done { cycle } => Ok(Some(Input::Done { cycle })),
+            ClientMessage::Ping { id } => Ok(Some(Input::Ping { id })),
+        }
+    }
+
+    fn detect(&mut self) -> Result<(), Refused> {
+        let Stage::Detecting(first_bytes) = &self.stage else { return Ok(()) };
+        let detected = Encoding::detect(first_bytes)
+            .map_err(|error| malformed("the first bytes".to_owned(), error.to_string()))?;
+        let Some(encoding) = detected else { return Ok(()) };
+        let mut frames = FrameDecoder::new(encoding, HELLO_MAX);
+        frames.handle_bytes(&first_bytes[encoding.preamble().len()..]);
+        self.stage = Stage::Talking(frames, 0);
+        Ok(())
+    }
+}
+
+impl Default for Inbound {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Returns the next message, which would be number `number` of its connection, counted from 1.
+fn next_message(frames: &mut FrameDecoder, number: u64) -> Result<Option<ClientMessage>, Refused> {
+    let encoding = frames.encoding();
+    let body = match frames.poll() {
+        Ok(Some(body)) => body,
+        Ok(None) => return Ok(None),
+        Err(FrameError::TooLarge { limit }) => return Err(Refused::TooLarge { limit: limit_of(limit) }),
+        Err(error @ FrameError::Empty) => {
+            return Err(malformed(format!("message {number}"), error.to_string()));
+        }
+    };
+    decode_client(encoding, body)
+        .map(Some)
+        .map_err(|error| malformed(format!("message {number}, {}", error.place), error.problem))
+}
+
+/// Checks what must hold for every match; the version first, because the rest may mean something else in another.
+fn check_hello(hello: &Hello) -> Result<(), Refused> {
+    if hello.protocol != PROTOCOL {
+        return Err(Refused::Protocol { supported: PROTOCOL });
+    }
+    for (field, name) in [("client", &hello.client), ("player", &hello.player)] {
+        if name.len() > NAME_MAX {
+            return Err(Refused::NameTooLong { limit: limit_of(NAME_MAX) });
+        }
+        if name.chars().any(char::is_control) {
+            let problem = format!("`{field}` holds a control character");
+            return Err(malformed("message 1".to_owned(), problem));
+        }
+    }
+    if hello.player.is_empty() {
+        return Err(malformed("message 1".to_owned(), "`player` is empty".to_owned()));
+    }
+    let is_token =
+        hello.token.len() == TOKEN_DIGITS && hello.token.bytes().all(|byte| byte.is_ascii_hexdigit());
+    if hello.token.is_empty() || is_token { Ok(()) } else { Err(Refused::Token) }
+}
+
+fn malformed(place: String, problem: String) -> Refused {
+    Refused::Malformed { place, problem }
+}
+
+fn limit_of(limit: usize) -> u32 {
+    u32::try_from(limit).expect("limits of messages and names are below 2^32")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arbitrary::Random;
+    use crate::encoding::encode_client;
+
+    const ENCODINGS: [Encoding; 2] = [Encoding::Binary, Encoding::Json];
+
+    #[test]
+    fn a_hello_opens_and_the_match_follows() {
+        for encoding in ENCODINGS {
+            let commands = ClientMessage::Commands { seen_cycle: Cycle(7), list: Vec::new() };
+            let messages = [
+                ClientMessage::Hello(hello()),
+                commands,
+                ClientMessage::Done { cycle: Cycle(7) },
+                ClientMessage::Ping { id: 3 },
+            ];
+            let expected = [
+                Input::Hello(hello()),
+                Input::Commands { seen_cycle: Cycle(7), list: Vec::new() },
+                Input::Done { cycle: Cycle(7) },
+                Input::Ping { id: 3 },
+            ];
+            assert_eq!(inputs(&[&stream(encoding, &messages)]), (expected.to_vec(), encoding));
+        }
+    }
+
+    #[test]
+    fn the_first_message_and_only_the_first_is_a_hello() {
+        for encoding in ENCODINGS {
+            let ping = ClientMessage::Ping { id: 1 };
+            let hello = ClientMessage::Hello(hello());
+            check_violation(&stream(encoding, std::slice::from_ref(&ping)), &Refused::Handshake);
+            check_violation(&stream(encoding, &[hello.clone(), hello]), &Refused::Handshake);
+        }
+    }
+
+    #[test]
+    fn a_hello_is_checked() {
+        let check = |change: fn(&mut Hello), expected: Refused| {
+            let mut hello = hello();
+            change(&mut hello);
+            for encoding in ENCODINGS {
+                check_violation(&stream(encoding, &[ClientMessage::Hello(hello.clone())]), &expected);
+            }
+        };
+        let malformed = |problem: &str| malformed("message 1".to_owned(), problem.to_owned());
+        check(|hello| hello.protocol = 2, Refused::Protocol { supported: PROTOCOL });
+        check(|hello| hello.protocol = 0, Refused::Protocol { supported: PROTOCOL });
+        check(|hello| hello.player = "a".repeat(65), Refused::NameTooLong { limit: 64 });
+        check(|hello| hello.client = "é".repeat(33), Refused::NameTooLong { limit: 64 });
+        check(|hello| hello.player = String::new(), malformed("`player` is empty"));
+        check(|hello| hello.client = "a\nb".to_owned(), malformed("`client` holds a control character"));
+        check(|hello| hello.token = "secret".to_owned(), Refused::Token);
+        check(|hello| hello.token = "g".repeat(32), Refused::Token);
+        check(|hello| hello.token = "0".repeat(33), Refused::Token);
+    }
+
+    #[test]
+    fn names_at_the_limit_and_a_whole_token_are_taken() {
+        let hello =
+            Hello { player: "a".repeat(64), token: "0123456789abcdefABCDEF0123456789".to_owned(), ..hello() };
+        for encoding in ENCODINGS {
+            let (inputs, _) = inputs(&[&stream(encoding, &[ClientMessage::Hello(hello.clone())])]);
+            assert_eq!(inputs, [Input::Hello(hello.clone())]);
+        }
+    }
+
+    #[test]
+    fn first_bytes_of_another_protocol_are_answered_in_json() {
+        for first_bytes in ["GET / HTTP/1.1\r\n", "MNPX", "\n{}", "[", "\u{16}\u{3}\u{1}"] {
+            let (inputs, encoding) = inputs(&[first_bytes.as_bytes()]);
+            assert_eq!(inputs.len(), 1, "{first_bytes:?}");
+            assert!(matches!(&inputs[0], Input::Violation(Refused::Malformed { place, .. })
+                if place == "the first bytes"));
+            assert_eq!(encoding, Encoding::Json);
+        }
+    }
+
+    #[test]
+    fn a_message_has_one_limit_before_the_hello_and_another_after_it() {
+        let long_line = |length: usize| [b"{".as_slice(), &vec![b' '; length - 1], b"\n"].concat();
+        check_violation(&long_line(HELLO_MAX + 1), &Refused::TooLarge { limit: 4096 });
+        check_violation(b"MNPL\x01\x10\0\0", &Refused::TooLarge { limit: 4096 });
+        let greeting = stream(Encoding::Json, &[ClientMessage::Hello(hello())]);
+        let after = [greeting, long_line(FRAME_FROM_CLIENT_MAX + 1)].concat();
+        check_violation(&after, &Refused::TooLarge { limit: 16_384 });
+    }
+
+    #[test]
+    fn a_problem_names_message_and_place() {
+        let greeting = stream(Encoding::Json, &[ClientMessage::Hello(hello())]);
+        let stream = [&greeting, b"{\"ping\":{\"id\":1}}\n{\"ping\":{\"it\":1}}\n".as_slice()].concat();
+        let (inputs, _) = inputs(&[&stream]);
+        let Some(Input::Violation(refused)) = inputs.last() else { panic!("{inputs:?}") };
+        assert_eq!(refused.to_string(), "message 3, column 13: unknown field `it`, expected `id`");
+    }
+
+    #[test]
+    fn nothing_comes_after_a_violation() {
+        let mut inbound = Inbound::new();
+        inbound.handle_bytes(b"MNPL\0\0\0\0");
+        assert!(matches!(inbound.poll(), Some(Input::Violation(_))));
+        for _ in 0..100 {
+            inbound.handle_bytes(&stream(Encoding::Binary, &[ClientMessage::Hello(hello())]));
+            assert_eq!(inbound.poll(), None);
+        }
+        assert_eq!(inbound.encoding(), Encoding::Binary);
+    }
+
+    #[test]
+    fn how_bytes_are_split_makes_no_difference() {
+        for seed in 0..400 {
+            let mut random = Random::new(seed);
+            let encoding = ENCODINGS[random.below(2)];
+            let mut messages = vec![ClientMessage::Hello(hello())];
+            messages.extend(random.list(Random::client_message));
+            let mut bytes = stream(encoding, &messages);
+            if random.coin() {
+                bytes.extend(random.bytes(40));
+            }
+            if random.coin() {
+                let place = random.below(bytes.len());
+                bytes[place] = random.number().to_le_bytes()[0];
+            }
+            let whole = inputs(&[&bytes]);
+            let single: Vec<&[u8]> = bytes.chunks(1).collect();
+            assert_eq!(inputs(&single), whole, "byte by byte, seed {seed}");
+            assert_eq!(inputs(&random.split(&bytes)), whole, "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn random_bytes_give_at_most_one_violation_and_no_panic() {
+        for seed in 0..2000 {
+            let mut random = Random::new(seed);
+            let mut bytes = if random.coin() { b"MNPL".to_vec() } else { b"{".to_vec() };
+            bytes.extend(random.bytes(200));
+            let (inputs, _) = inputs(&[&bytes]);
+            assert!(inputs.len() <= 1, "seed {seed}");
+        }
+    }
+
+    fn hello() -> Hello {
+        Hello {
+            protocol: PROTOCOL,
+            client: "test 1.0".to_owned(),
+            player: "Ada".to_owned(),
+            token: String::new(),
+        }
+    }
+
+    fn stream(encoding: Encoding, messages: &[ClientMessage]) -> Vec<u8> {
+        let mut bytes = encoding.preamble().to_vec();
+        for message in messages {
+            bytes.extend(encode_client(encoding, message).unwrap());
+        }
+        bytes
+    }
+
+    fn inputs(pieces: &[&[u8]]) -> (Vec<Input>, Encoding) {
+        let mut inbound = Inbound::new();
+        let mut inputs = Vec::new();
+        for piece in pieces {
+            inbound.handle_bytes(piece);
+            while let Some(input) = inbound.poll() {
+                inputs.push(input);
+            }
+        }
+        (inputs, inbound.encoding())
+    }
+
+    fn check_violation(bytes: &[u8], expected: &Refused) {
+        let (inputs, _) = inputs(&[bytes]);
+        assert_eq!(inputs.last(), Some(&Input::Violation(expected.clone())));
+    }
+}

@@ -1,0 +1,103 @@
+//! What client and server say to each other.
+
+use maniple_geometry::Cycle;
+use maniple_view::{ClockMode, Delta, Digest, MatchResult, Rules, Seat, Sequenced, Terrain};
+use serde::{Deserialize, Serialize};
+
+use crate::refused::Refused;
+
+/// The version of the protocol. It rises with every change of a message, a field or their order, so that two
+/// programs with the same number understand each other, and others part at the handshake.
+pub const PROTOCOL: u32 = 1;
+
+/// What a client says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ClientMessage {
+    /// The first message, and only the first.
+    Hello(Hello),
+    /// Commands; they are applied in the next cycle that starts, and each is answered in a delta.
+    Commands {
+        /// The cycle of the last delta that the client had taken in when it decided.
+        seen_cycle: Cycle,
+        /// The commands, in the order in which they are to be applied.
+        list: Vec<Sequenced>,
+    },
+    /// Lock-step: the client has said all that it wants to say in `cycle`.
+    Done {
+        /// The cycle of the last delta; another one has no effect.
+        cycle: Cycle,
+    },
+    /// Asks for a pong, to measure the way there and back and to set a clock.
+    Ping {
+        /// A number that comes back.
+        id: u32,
+    },
+}
+
+/// Who connects. The layout of this message stays the same in every version of the protocol.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hello {
+    /// The client's [`PROTOCOL`].
+    pub protocol: u32,
+    /// Name and version of the program, at most [`crate::NAME_MAX`] bytes; for the server's log.
+    pub client: String,
+    /// The player's name, 1 to [`crate::NAME_MAX`] bytes; everybody sees it.
+    pub player: String,
+    /// The seat's token, [`crate::TOKEN_DIGITS`] hex digits; empty where the match has open seats.
+    #[serde(default)]
+    pub token: String,
+}
+
+/// What the server says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ServerMessage {
+    /// The answer to a hello that gets a seat; a keyframe follows.
+    Welcome(Welcome),
+    /// The last message of a connection that the server closes before the match has ended.
+    Refused {
+        /// Why.
+        reason: Refused,
+    },
+    /// The change of the seat's view over one cycle.
+    Delta(Delta),
+    /// The answer to a ping.
+    Pong {
+        /// The ping's number.
+        id: u32,
+        /// The cycle that runs.
+        cycle: Cycle,
+        /// How much of the cycle's wall-clock time has passed, `0.0..=1.0`; 0 in lock-step.
+        fraction: f64,
+    },
+    /// The match has ended; the last message of the connection.
+    Ended {
+        /// How.
+        result: MatchResult,
+    },
+}
+
+/// All that a client needs to know before the first delta.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Welcome {
+    /// The number of the match; `match` in JSON.
+    #[serde(rename = "match")]
+    pub match_id: Digest,
+    /// The client's seat.
+    pub seat: Seat,
+    /// How many seats the match has.
+    pub seats: u16,
+    /// The cycle of the keyframe that follows.
+    pub cycle: Cycle,
+    /// Cycles a second; in lock-step the rate at which a viewer would show the match.
+    pub rate: f64,
+    /// How time passes.
+    pub clock: ClockMode,
+    /// Every constant of the match.
+    pub rules: Rules,
+    /// The terrain that the seat knows at `cycle`.
+    pub terrain: Terrain,
+}

@@ -1,0 +1,62 @@
+//! Why the server closes a connection.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+/// Why a connection is refused or closed.
+///
+/// Place, name and layout of `Protocol` stay the same in every version of the protocol.
+#[derive(Clone, Debug, Error, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Refused {
+    /// The client speaks another version.
+    #[error("this server speaks protocol {supported}; use a client that does")]
+    Protocol {
+        /// The server's version.
+        supported: u32,
+    },
+    /// Something came before the hello, or a second hello.
+    #[error("the first message, and only the first, is `hello`")]
+    Handshake,
+    /// The hello did not come in time.
+    #[error("`hello` did not come within {seconds} seconds; send it at once")]
+    Timeout {
+        /// The time that it had, in seconds.
+        seconds: u32,
+    },
+    /// A name in the hello is too long.
+    #[error("the names `client` and `player` have at most {limit} bytes; shorten them")]
+    NameTooLong {
+        /// The largest number of bytes.
+        limit: u32,
+    },
+    /// The token opens no seat, or one is needed.
+    #[error("the token opens no seat; give the 32 hex digits of a seat of this match")]
+    Token,
+    /// All seats are taken.
+    #[error("no seat is free; wait for the next match, or give the token of your seat")]
+    Full,
+    /// Another connection came with the same token.
+    #[error("another connection with the same token took the seat over; use a token once at a time")]
+    Replaced,
+    /// Bytes that are no message.
+    #[error("{place}: {problem}")]
+    Malformed {
+        /// Which message and where in it.
+        place: String,
+        /// What is wrong there.
+        problem: String,
+    },
+    /// A message that is too long.
+    #[error("a message has at most {limit} bytes here; send several shorter ones")]
+    TooLarge {
+        /// The largest number of bytes, without length or line end.
+        limit: u32,
+    },
+    /// The client does not read what the server sends.
+    #[error("the client reads more slowly than the match goes on; read faster, then connect again")]
+    TooSlow,
+    /// The server goes down.
+    #[error("the server shuts down; connect again later with the same token")]
+    Shutdown,
+}

@@ -1,0 +1,403 @@
+//! The protocol as others see it: golden vectors of every message, and examples in the document that decode.
+
+#![allow(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+use glam::DVec2;
+use maniple_geometry::Cycle;
+use maniple_protocol::{
+    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, NAME_MAX,
+    PROTOCOL, REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader, ReplayWriter, ServerMessage,
+    TOKEN_DIGITS, Welcome, decode_client, decode_server, encode_client, encode_server, read_replay,
+};
+use maniple_view::{
+    Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult, Delta, Digest,
+    EndReason, Handle, MatchResult, Moved, Objective, Outcome, Refusal, Rules, Score, Seat, Sequenced,
+    StopReason, Stopped, Stops, Terrain, UnitType, UnitTypeId, View, WAYPOINTS_MAX, Zone,
+};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
+
+#[test]
+fn client_messages_have_their_golden_bytes() {
+    for (name, message) in client_messages() {
+        let binary = encode_client(Encoding::Binary, &message).unwrap();
+        let json = encode_client(Encoding::Json, &message).unwrap();
+        check_golden(name, &binary, &json);
+        assert_eq!(decode_client(Encoding::Binary, &golden_hex(name)[4..]).as_ref(), Ok(&message), "{name}");
+        let line = golden_json(name);
+        assert_eq!(
+            decode_client(Encoding::Json, line.trim_end().as_bytes()).as_ref(),
+            Ok(&message),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn server_messages_have_their_golden_bytes() {
+    for (name, message) in server_messages() {
+        let binary = encode_server(Encoding::Binary, &message).unwrap();
+        let json = encode_server(Encoding::Json, &message).unwrap();
+        check_golden(name, &binary, &json);
+        assert_eq!(decode_server(Encoding::Binary, &golden_hex(name)[4..]).as_ref(), Ok(&message), "{name}");
+        let line = golden_json(name);
+        assert_eq!(
+            decode_server(Encoding::Json, line.trim_end().as_bytes()).as_ref(),
+            Ok(&message),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn a_replay_has_its_golden_bytes() {
+    let (header, records) = replay();
+    let (mut writer, mut bytes) = ReplayWriter::begin(&header).unwrap();
+    for record in &records {
+        bytes.extend(writer.push(record).unwrap());
+    }
+    check_file("replay.hex", &hex(&bytes));
+    let read = read_replay(&golden_hex("replay")).unwrap();
+    assert_eq!(read.header, header);
+    assert_eq!(read.records, records[..records.len() - 1]);
+    assert_eq!(read.ended, Some(result()));
+}
+
+#[test]
+fn every_golden_file_belongs_to_a_message() {
+    let names = client_messages().into_iter().map(|(name, _)| name);
+    let names = names.chain(server_messages().into_iter().map(|(name, _)| name));
+    let mut expected: BTreeSet<String> =
+        names.flat_map(|name| [format!("{name}.hex"), format!("{name}.json")]).collect();
+    expected.insert("replay.hex".to_owned());
+    let folder = std::fs::read_dir(golden_path("")).unwrap();
+    let found: BTreeSet<String> =
+        folder.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn the_examples_of_the_document_decode() {
+    let mut count = 0;
+    for line in fenced("json").lines() {
+        let client = decode_client(Encoding::Json, line.as_bytes());
+        let server = decode_server(Encoding::Json, line.as_bytes());
+        assert!(client.is_ok() || server.is_ok(), "{line}\n{client:?}\n{server:?}");
+        count += 1;
+    }
+    assert!(count >= 10, "only {count} examples were found");
+}
+
+#[test]
+fn the_bytes_of_the_document_are_the_ones_of_its_messages() {
+    let bytes: String =
+        fenced("hex").lines().map(|line| line.split('#').next().unwrap_or_default().trim()).collect();
+    let mut rest = &unhex(&bytes)[..];
+    let mut expected: Vec<Vec<u8>> = vec![Encoding::Binary.preamble().to_vec()];
+    let messages = fenced("json");
+    let find = |start: &str| messages.lines().find(|line| line.starts_with(start)).unwrap();
+    for start in ["{\"hello\"", "{\"commands\""] {
+        let message = decode_client(Encoding::Json, find(start).as_bytes()).unwrap();
+        expected.push(encode_client(Encoding::Binary, &message).unwrap());
+    }
+    let delta = decode_server(Encoding::Json, find("{\"delta\"").as_bytes()).unwrap();
+    expected.push(encode_server(Encoding::Binary, &delta).unwrap());
+    for frame in expected {
+        let (head, tail) = rest.split_at_checked(frame.len()).unwrap();
+        assert_eq!(hex(head), hex(&frame));
+        rest = tail;
+    }
+    assert!(rest.is_empty(), "{} bytes are left over", rest.len());
+}
+
+#[test]
+fn the_deltas_of_the_document_follow_each_other() {
+    let mut view = View::new();
+    let mut count = 0;
+    for line in fenced("json").lines() {
+        if let Ok(ServerMessage::Delta(delta)) = decode_server(Encoding::Json, line.as_bytes()) {
+            assert_eq!(view.apply(&delta), Ok(()), "{line}");
+            count += 1;
+        }
+    }
+    assert!(count >= 2, "only {count} deltas were found");
+}
+
+#[test]
+fn the_document_states_the_limits_as_they_are() {
+    let document = document();
+    let limits = [
+        ("version of the protocol", usize::try_from(PROTOCOL).unwrap()),
+        ("version of the replay file", usize::from(REPLAY_VERSION)),
+        ("bytes of the hello", HELLO_MAX),
+        ("bytes of a message from a client", FRAME_FROM_CLIENT_MAX),
+        ("bytes of a message from the server", FRAME_FROM_SERVER_MAX),
+        ("bytes of a name", NAME_MAX),
+        ("hex digits of a token", TOKEN_DIGITS),
+        ("commands of a seat in a cycle", COMMANDS_A_CYCLE_MAX),
+        ("waypoints behind a motion", WAYPOINTS_MAX),
+        ("bytes of a record of a replay", REPLAY_RECORD_MAX),
+    ];
+    for (what, limit) in limits {
+        let row = format!("| {what} | {limit} |");
+        assert!(document.contains(&row), "docs/PROTOCOL.md lacks the row `{row}`");
+    }
+}
+
+fn client_messages() -> Vec<(&'static str, ClientMessage)> {
+    let hello = Hello {
+        protocol: PROTOCOL,
+        client: "example 1.0".to_owned(),
+        player: "Ada".to_owned(),
+        token: "00112233445566778899aabbccddeeff".to_owned(),
+    };
+    vec![
+        ("hello", ClientMessage::Hello(hello)),
+        ("commands", ClientMessage::Commands { seen_cycle: Cycle(300), list: commands() }),
+        ("done", ClientMessage::Done { cycle: Cycle(70_000) }),
+        ("ping", ClientMessage::Ping { id: u32::MAX }),
+    ]
+}
+
+fn commands() -> Vec<Sequenced> {
+    let object = Handle(7);
+    let list = [
+        Command::Move { object, x: 10.5, y: 20.0, s: None, queue: false, start: None },
+        Command::Move {
+            object,
+            x: -0.0,
+            y: 1e-7,
+            s: Some(0.25),
+            queue: true,
+            start: Some((Cycle(301), 0.5)),
+        },
+        Command::Path { object, points: vec![(1.0, 2.0, None), (3.0, 4.0, Some(0.1))], start: None },
+        Command::Stop { object: Handle(251) },
+        Command::Resign,
+    ];
+    (1..).zip(list).map(|(seq, command)| Sequenced { seq, command }).collect()
+}
+
+fn server_messages() -> Vec<(&'static str, ServerMessage)> {
+    let refused = |reason| ServerMessage::Refused { reason };
+    let malformed =
+        Refused::Malformed { place: "message 3, column 13".to_owned(), problem: "expected value".to_owned() };
+    vec![
+        ("welcome", ServerMessage::Welcome(welcome())),
+        ("delta", ServerMessage::Delta(delta())),
+        ("delta_empty", ServerMessage::Delta(Delta { cycle: Cycle(1), ..Delta::default() })),
+        ("pong", ServerMessage::Pong { id: 9, cycle: Cycle(65_535), fraction: 0.1 }),
+        ("ended", ServerMessage::Ended { result: result() }),
+        ("refused_protocol", refused(Refused::Protocol { supported: 1 })),
+        ("refused_handshake", refused(Refused::Handshake)),
+        ("refused_timeout", refused(Refused::Timeout { seconds: 10 })),
+        ("refused_name_too_long", refused(Refused::NameTooLong { limit: 64 })),
+        ("refused_token", refused(Refused::Token)),
+        ("refused_full", refused(Refused::Full)),
+        ("refused_replaced", refused(Refused::Replaced)),
+        ("refused_malformed", refused(malformed)),
+        ("refused_too_large", refused(Refused::TooLarge { limit: 16_384 })),
+        ("refused_too_slow", refused(Refused::TooSlow)),
+        ("refused_shutdown", refused(Refused::Shutdown)),
+    ]
+}
+
+fn welcome() -> Welcome {
+    let zone = Zone { seat: Seat(0), min: DVec2::new(3.0, 0.0), max: DVec2::new(4.0, 2.0) };
+    Welcome {
+        match_id: Digest(0x0123_4567_89ab_cdef),
+        seat: Seat(0),
+        seats: 1,
+        cycle: Cycle(0),
+        rate: 8.0,
+        clock: ClockMode::Realtime,
+        rules: Rules {
+            scenario: "race".to_owned(),
+            cycles_max: 1000,
+            players: vec!["Ada".to_owned()],
+            unit_types: vec![UnitType { name: "scout".to_owned(), radius: 0.4, speed: 0.25, sight: 6.0 }],
+            stops: Stops::Both,
+            skin: 1e-9,
+            waypoints_max: 64,
+            commands_a_cycle_max: 16_384,
+            objective: Objective::Race { zones: vec![zone] },
+            fog: true,
+        },
+        terrain: Terrain {
+            width: 4,
+            height: 2,
+            tiles: vec!["....".to_owned(), ".1@.".to_owned()],
+            segments: vec![(2.0, 1.0, 1.0, 2.0), (3.0, 1.0, 2.0, 1.0)],
+        },
+    }
+}
+
+/// A delta with every shape that can be in one.
+fn delta() -> Delta {
+    let handles = |numbers: std::ops::Range<u32>| numbers.map(Handle);
+    let base = Base {
+        point: DVec2::new(1.5, -2.25),
+        cycle: Cycle(299),
+        fraction: 0.75,
+        velocity: DVec2::new(0.1, -0.0),
+    };
+    let appeared = |object: u32, queued| Appeared {
+        object: Handle(object),
+        unit_type: UnitTypeId(0),
+        owner: Seat(1),
+        base,
+        queued,
+    };
+    let reasons = [
+        None,
+        Some(StopReason::Arrived),
+        Some(StopReason::Ordered),
+        Some(StopReason::Object { other: Some(Handle(300)) }),
+        Some(StopReason::Object { other: None }),
+        Some(StopReason::Segment),
+        Some(StopReason::Edge),
+    ];
+    let stopped = |(object, reason)| Stopped {
+        object,
+        point: DVec2::new(5e-324, 1.797_693_134_862_315_7e308),
+        cycle: Cycle(300),
+        fraction: 1.0 / 3.0,
+        reason,
+    };
+    Delta {
+        cycle: Cycle(300),
+        results: (1..).zip(outcomes()).map(|(seq, outcome)| CommandResult { seq, outcome }).collect(),
+        revealed: vec![(0, 0, '.'), (255, 1, '@'), (4095, 4095, '4')],
+        appeared: vec![appeared(70_000, None), appeared(70_001, Some(64))],
+        moved: vec![Moved { object: Handle(3), base }],
+        stopped: handles(10..17).zip(reasons).map(stopped).collect(),
+        vanished: handles(20..23).collect(),
+        died: handles(250..253).collect(),
+        changed: vec![Changed { object: Handle(12), queued: 0 }],
+        check: Digest(u64::MAX - 1),
+    }
+}
+
+fn outcomes() -> Vec<Outcome> {
+    let refusals = [
+        Refusal::UnknownHandle,
+        Refusal::OutOfWorld { width: 64, height: 4096 },
+        Refusal::BadNumber { field: "x".to_owned(), problem: "is not finite".to_owned() },
+        Refusal::TooFast { max: 0.25 },
+        Refusal::UnknownAction,
+        Refusal::TooManyWaypoints { max: 64 },
+        Refusal::EmptyPath,
+        Refusal::TooManyCommands { max: 16_384 },
+        Refusal::StartInPast { now: Cycle(299) },
+        Refusal::Out,
+    ];
+    let applied = Outcome::Applied { cycle: Cycle(299), late: 2 };
+    let refused = refusals.into_iter().map(|reason| Outcome::Refused { reason });
+    std::iter::once(applied).chain(refused).collect()
+}
+
+fn result() -> MatchResult {
+    let score = |seat: u16, name: &str| Score {
+        seat: Seat(seat),
+        name: name.to_owned(),
+        arrived: 3,
+        units: 4,
+        arrival_sum: 1 << 33,
+        resigned: seat == 1,
+    };
+    MatchResult {
+        winner: Some(Seat(0)),
+        reason: EndReason::Resigned,
+        cycles: Cycle(1000),
+        scores: vec![score(0, "Ada"), score(1, "Émile 漢")],
+        hash: Digest(0xfedc_ba98_7654_3210),
+    }
+}
+
+fn replay() -> (ReplayHeader, Vec<Record>) {
+    let header = ReplayHeader {
+        protocol: PROTOCOL,
+        build: "maniple 0.1.0".to_owned(),
+        scenario_name: "race".to_owned(),
+        files: vec![
+            ("race.toml".to_owned(), b"map = \"a.map\"\n".to_vec()),
+            ("a.map".to_owned(), b"..\n".to_vec()),
+        ],
+        scenario: "race.toml".to_owned(),
+        map_override: None,
+        seed: 42,
+        map_hash: Digest(0x0123_4567_89ab_cdef),
+        seats: 2,
+    };
+    let (cycle, seat) = (Cycle(0), Seat(0));
+    let records = vec![
+        Record::Joined { cycle, seat, name: "Ada".to_owned() },
+        Record::Cycle { cycle, hash: Digest(1) },
+        Record::Commands { cycle, seat, seen_cycle: cycle, list: commands() },
+        Record::Absent { cycle, seat: Seat(1) },
+        Record::Cycle { cycle: Cycle(1), hash: Digest(u64::MAX) },
+        Record::Ended { result: result() },
+    ];
+    (header, records)
+}
+
+fn check_golden(name: &str, binary: &[u8], json: &[u8]) {
+    check_file(&format!("{name}.hex"), &hex(binary));
+    check_file(&format!("{name}.json"), std::str::from_utf8(json).unwrap());
+}
+
+/// Compares with a golden file, or writes it where `UPDATE_GOLDEN=1` is set.
+fn check_file(file: &str, found: &str) {
+    let path = golden_path(file);
+    if std::env::var("UPDATE_GOLDEN").is_ok_and(|value| value == "1") {
+        std::fs::write(&path, found).unwrap();
+    }
+    let expected = std::fs::read_to_string(&path).unwrap_or_default();
+    assert_eq!(found, expected, "{file} differs; if that is meant, PROTOCOL rises: run with UPDATE_GOLDEN=1");
+}
+
+fn golden_hex(name: &str) -> Vec<u8> {
+    unhex(&std::fs::read_to_string(golden_path(&format!("{name}.hex"))).unwrap())
+}
+
+fn golden_json(name: &str) -> String {
+    std::fs::read_to_string(golden_path(&format!("{name}.json"))).unwrap()
+}
+
+fn golden_path(file: &str) -> PathBuf {
+    PathBuf::from(ROOT).join("tests/golden/protocol").join(file)
+}
+
+fn document() -> String {
+    std::fs::read_to_string(PathBuf::from(ROOT).join("docs/PROTOCOL.md")).unwrap()
+}
+
+/// Returns the lines of all blocks of the document that are marked with this language.
+fn fenced(language: &str) -> String {
+    let (open, mut is_inside, mut lines) = (format!("```{language}"), false, String::new());
+    for line in document().lines() {
+        if line.starts_with("```") {
+            is_inside = line == open;
+        } else if is_inside {
+            lines.push_str(line);
+            lines.push('\n');
+        }
+    }
+    lines
+}
+
+/// Returns 16 bytes a line, each as two digits.
+fn hex(bytes: &[u8]) -> String {
+    let line =
+        |bytes: &[u8]| bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ") + "\n";
+    bytes.chunks(16).map(line).collect()
+}
+
+fn unhex(text: &str) -> Vec<u8> {
+    let digits: Vec<u8> = text.bytes().filter(|byte| !byte.is_ascii_whitespace()).collect();
+    let pair = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap();
+    digits.chunks(2).map(pair).collect()
+}
