@@ -329,6 +329,7 @@ fn replay() -> (ReplayHeader, Vec<Record>) {
         scenario: "race.toml".to_owned(),
         map_override: None,
         seed: 42,
+        cycles_max: 2400,
         map_hash: Digest(0x0123_4567_89ab_cdef),
         seats: 2,
     };

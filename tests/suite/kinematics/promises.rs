@@ -3,9 +3,7 @@
 use glam::DVec2;
 use maniple_geometry::limits::TINY;
 use maniple_geometry::{Circle, Cycle, Moment, NumberError, ObjectId};
-use maniple_kinematics::{
-    Event, EventKind, InsertError, Layers, Leg, OrderError, Placement, Stops, World,
-};
+use maniple_kinematics::{Event, EventKind, InsertError, Layers, Leg, OrderError, Placement, Stops, World};
 
 use super::scene::{Order, Random, Scene};
 
@@ -132,8 +130,7 @@ fn k3_a_free_motion_ends_exactly_on_its_goal_and_never_drifts() {
 
 #[test]
 fn k3_the_position_is_a_closed_form_of_the_start() {
-    let scene =
-        Scene::boxed(100.0, Stops::Both).object(1, (0.7, 0.9), 0.25).go(0, 1, (97.3, 61.1), 0.013);
+    let scene = Scene::boxed(100.0, Stops::Both).object(1, (0.7, 0.9), 0.25).go(0, 1, (97.3, 61.1), 0.013);
     let mut world = scene.world();
     scene.give(&mut world);
     world.step();
@@ -281,10 +278,7 @@ fn k5_under_approaching_nobody_is_halted_by_being_bumped() {
     let (_, events, _) = chase(Stops::Approaching).play();
     assert_eq!((kinds(&events, 1), kinds(&events, 2)), (vec![EventKind::Object], vec![]));
     let (_, events, _) = chase(Stops::Both).play();
-    assert_eq!(
-        (kinds(&events, 1), kinds(&events, 2)),
-        (vec![EventKind::Object], vec![EventKind::Object])
-    );
+    assert_eq!((kinds(&events, 1), kinds(&events, 2)), (vec![EventKind::Object], vec![EventKind::Object]));
 }
 
 #[test]
@@ -316,11 +310,8 @@ fn k5_an_object_at_rest_that_is_bumped_keeps_its_queue_and_start() {
 
 #[test]
 fn k6_time_left_at_a_waypoint_goes_into_the_next_leg() {
-    let legs = vec![
-        (DVec2::new(2.25, 2.0), 1.0),
-        (DVec2::new(2.25, 2.25), 1.0),
-        (DVec2::new(2.0, 2.25), 0.5),
-    ];
+    let legs =
+        vec![(DVec2::new(2.25, 2.0), 1.0), (DVec2::new(2.25, 2.25), 1.0), (DVec2::new(2.0, 2.25), 0.5)];
     under_both(
         |stops| {
             let order = Order { cycle: 0, id: 1, legs: legs.clone(), queue: false, start: None };
@@ -426,9 +417,8 @@ fn k8_objects_at_rest_cost_nothing() {
 #[test]
 fn k9_bad_numbers_are_refused_by_name() {
     let mut world = Scene::boxed(100.0, Stops::Both).object(1, (5.0, 5.0), 0.5).world();
-    let mut insert = |x: f64, y: f64, r: f64| {
-        world.insert(ObjectId(9), Circle::new(DVec2::new(x, y), r), Layers::GROUND)
-    };
+    let mut insert =
+        |x: f64, y: f64, r: f64| world.insert(ObjectId(9), Circle::new(DVec2::new(x, y), r), Layers::GROUND);
     let bad = |field, problem| Err(InsertError::BadNumber { field, problem });
     assert_eq!(insert(f64::INFINITY, 1.0, 1.0), bad("x", NumberError::Infinite));
     assert_eq!(insert(1.0, -0.0, 1.0), bad("y", NumberError::NegativeZero));

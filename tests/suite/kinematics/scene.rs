@@ -121,14 +121,12 @@ impl Scene {
     pub(crate) fn give(&self, world: &mut World) {
         let now = world.cycle();
         for order in self.orders.iter().filter(|order| Cycle(order.cycle) == now) {
-            let start =
-                order.start.map(|(cycle, fraction)| Moment { cycle: Cycle(cycle), fraction });
+            let start = order.start.map(|(cycle, fraction)| Moment { cycle: Cycle(cycle), fraction });
             let id = ObjectId(order.id);
             let given = if order.legs.is_empty() {
                 world.halt(id, start)
             } else {
-                let legs: Vec<Leg> =
-                    order.legs.iter().map(|&(goal, speed)| Leg { goal, speed }).collect();
+                let legs: Vec<Leg> = order.legs.iter().map(|&(goal, speed)| Leg { goal, speed }).collect();
                 let placement = if order.queue { Placement::Queue } else { Placement::Replace };
                 world.go(id, &legs, placement, start)
             };
@@ -210,8 +208,10 @@ impl Scene {
         let pitch = 1.0 + 1e-9 * random.unit();
         for id in 0..60 {
             let (column, row) = (f64::from(id % 8), f64::from(id / 8));
-            let center =
-                DVec2::new(15.0 + pitch * (column + 0.5 * (row % 2.0)), 15.0 + pitch * row * 0.8660254037844388);
+            let center = DVec2::new(
+                15.0 + pitch * (column + 0.5 * (row % 2.0)),
+                15.0 + pitch * row * 0.8660254037844388,
+            );
             scene = scene.object(id, center.into(), 0.5);
             for cycle in 0..6 {
                 let goal = (random.between(17.0, 21.0), random.between(16.0, 20.0));
@@ -247,11 +247,7 @@ impl Scene {
 pub(crate) fn listed(events: &[Event]) -> String {
     events.iter().fold(String::new(), |mut text, event| {
         let other = event.other.map_or_else(|| "-".to_owned(), |other| other.to_string());
-        let _ = writeln!(
-            text,
-            "{} {:?} {} {:?} {other}",
-            event.cycle, event.time, event.object, event.kind
-        );
+        let _ = writeln!(text, "{} {:?} {} {:?} {other}", event.cycle, event.time, event.object, event.kind);
         text
     })
 }

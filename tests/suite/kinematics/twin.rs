@@ -267,7 +267,8 @@ impl<'a> Twin<'a> {
                 } else if one.retreats + other.retreats > 0 {
                     let from = one.end.min(other.end);
                     let quarter = self.scene.limits.skin::<f64>() / 4.0;
-                    if from < 1.0 && first_hit(one, other, (r - quarter, s - quarter), (from, 0.0)).is_some() {
+                    if from < 1.0 && first_hit(one, other, (r - quarter, s - quarter), (from, 0.0)).is_some()
+                    {
                         failed.insert(if one.end > other.end { a } else { b });
                     }
                 }
@@ -331,13 +332,7 @@ fn parts(object: &Object, cycle: u32) -> Vec<Part> {
     let mut doing = object.doing;
     let mut point = doing.at(cycle);
     let push = |parts: &mut Vec<Part>, point, doing: Doing, times: (f64, f64), rest: (usize, _, _)| {
-        let piece = Piece {
-            point,
-            velocity: doing.velocity,
-            since: times.0,
-            until: times.1,
-            goal: rest.2,
-        };
+        let piece = Piece { point, velocity: doing.velocity, since: times.0, until: times.1, goal: rest.2 };
         parts.push(Part { piece, doing, used: rest.0, opening: rest.1 });
     };
     loop {

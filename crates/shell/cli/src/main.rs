@@ -1,2 +1,57 @@
-//! The command `maniple`.
-fn main() {}
+//! The command `maniple`: serve, match, bot, replay, map, simulate.
+
+mod arguments;
+mod commands;
+mod failure;
+mod files;
+mod headless;
+mod output;
+mod picture;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use crate::arguments::{Arguments, Command};
+use crate::failure::Failure;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if let Err(failure) = log_to_stderr(&arguments.log).and_then(|()| run(arguments.command)) {
+        eprintln!("{failure}");
+        return failure.exit_code();
+    }
+    ExitCode::SUCCESS
+}
+
+fn run(command: Command) -> Result<(), Failure> {
+    if !matches!(command, Command::Serve(_)) {
+        exit_when_interrupted();
+    }
+    match command {
+        Command::Map(map) => commands::map::run(&map),
+        Command::Simulate(simulate) => commands::simulate::run(&simulate),
+        Command::Match(play) => commands::play::run(&play),
+        Command::Serve(serve) => commands::serve::run(&serve),
+        Command::Bot(bot) => commands::bot::run(&bot),
+        Command::Replay(replay) => commands::replay::run(&replay),
+    }
+}
+
+fn log_to_stderr(filter: &str) -> Result<(), Failure> {
+    let filter = tracing_subscriber::EnvFilter::try_new(filter)
+        .map_err(|error| Failure::usage(format!("--log {filter:?}: {error}")))?;
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    Ok(())
+}
+
+/// Ends the process with the code that a shell gives to an interrupted one. The daemon has its own way to stop.
+fn exit_when_interrupted() {
+    std::thread::spawn(|| {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        let interrupted = runtime.map(|runtime| runtime.block_on(tokio::signal::ctrl_c()));
+        if matches!(interrupted, Ok(Ok(()))) {
+            std::process::exit(failure::INTERRUPTED);
+        }
+    });
+}

@@ -1,1 +1,23 @@
-//! Placeholder while the skeleton is laid.
+//! The daemon: a referee over TCP. It moves bytes and waits; what they mean is for the core to say.
+//!
+//! A [`Server`] listens and plays one [`Match`] after the other. The simulation has a thread of its own, which owns
+//! the referee; each connection has a task. They talk through queues that are bounded in both directions, so neither
+//! a flood nor a reader that has stopped reaches the simulation or another player.
+
+mod connection;
+mod link;
+mod pace;
+mod recording;
+mod server;
+mod simulation;
+mod table;
+mod token;
+
+pub use connection::{DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX};
+pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
+pub use pace::LATE_PERIODS_MAX;
+pub use recording::{Recording, event_of};
+pub use server::{CONNECTIONS_MAX, Match, MatchError, Outcome, RunError, SEND_BUFFER_SIZE, Server};
+pub use simulation::EVENTS_BEFORE_STEP_MAX;
+pub use table::Access;
+pub use token::{Token, TokenError};

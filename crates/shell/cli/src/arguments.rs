@@ -1,0 +1,222 @@
+//! The command line.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::output::JsonFlag;
+
+/// An authoritative real-time-strategy server with exact kinematics
+#[derive(Debug, Parser)]
+#[command(name = "maniple", version, arg_required_else_help = true)]
+#[command(after_help = "Try it: maniple match")]
+pub(crate) struct Arguments {
+    /// What to log to standard error, as in `debug` or `maniple_server=trace,warn`
+    #[arg(long, global = true, value_name = "FILTER", default_value = "warn")]
+    pub(crate) log: String,
+
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Look at a map: its figures, what is odd about it, its picture
+    #[command(subcommand)]
+    Map(MapCommand),
+    /// Run a kinematic scene from a JSON file
+    #[command(after_help = "Example: maniple simulate scene.json --cycles 100 --json")]
+    Simulate(Simulate),
+    /// Play a match between bots in this process, as fast as it goes
+    #[command(after_help = "Example: maniple match config/scenarios/duel.toml --bot straight --bot random \
+                            --seed 7 --replay duel.replay")]
+    Match(Match),
+    /// Run a match that clients join over TCP
+    #[command(after_help = "Example: maniple serve --clock lockstep --listen 127.0.0.1:0 --once")]
+    Serve(Serve),
+    /// Play a seat of a running match with a shipped bot
+    #[command(after_help = "Example: maniple bot straight --connect 127.0.0.1:7171 --token TOKEN")]
+    Bot(Bot),
+    /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
+    #[command(subcommand)]
+    Replay(ReplayCommand),
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum MapCommand {
+    /// Print size, passable tiles, walls, regions and spawns
+    #[command(after_help = "Example: maniple map info maps/choke.tmx --json")]
+    Info(MapInfo),
+    /// List what is odd: narrow gaps, spawns in walls, regions cut off; exit code 1 if anything is
+    #[command(after_help = "Example: maniple map check maps/choke.tmx --radius 0.45")]
+    Check(MapCheck),
+    /// Draw tiles, walls and spawns
+    #[command(after_help = "Example: maniple map render maps/diamond.tmx --out diamond.png --scale 16")]
+    Render(MapRender),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MapInfo {
+    /// A map: .tmx or .map
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MapCheck {
+    /// A map: .tmx or .map
+    pub(crate) file: PathBuf,
+    /// Radius of the largest circle that shall get everywhere, in tiles; without it gaps are not looked at
+    #[arg(long, value_name = "R", value_parser = positive)]
+    pub(crate) radius: Option<f64>,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MapRender {
+    /// A map: .tmx or .map
+    pub(crate) file: PathBuf,
+    /// The picture to write
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) out: PathBuf,
+    /// Pixels a tile; without it the picture gets about 1,024 pixels wide or high
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) scale: Option<u32>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Simulate {
+    /// A scene: bounds, segments, objects, moves
+    pub(crate) scene: PathBuf,
+    /// Cycles to run; without it until all rest
+    #[arg(long, value_name = "N")]
+    pub(crate) cycles: Option<u32>,
+    /// Threads to use; the result has the same bits with any number
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub(crate) threads: Option<u32>,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Match {
+    /// A scenario; without it the shipped duel
+    pub(crate) scenario: Option<PathBuf>,
+    /// Play on this map: .tmx or .map
+    #[arg(long, value_name = "FILE")]
+    pub(crate) map: Option<PathBuf>,
+    /// The bot of the next seat: idle, random or straight; seats without one get the scenario's
+    #[arg(long = "bot", value_name = "NAME")]
+    pub(crate) bots: Vec<String>,
+    /// The seed of the match; without it the scenario's
+    #[arg(long, value_name = "S")]
+    pub(crate) seed: Option<u64>,
+    /// Cycles that the match lasts at most; without it the scenario's length
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) cycles: Option<u32>,
+    /// Where to write the replay
+    #[arg(long, value_name = "FILE")]
+    pub(crate) replay: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+/// How time passes.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Clock {
+    /// So many cycles a second, whoever is late
+    Realtime,
+    /// The next cycle starts when every seat has said `done`
+    Lockstep,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Serve {
+    /// A scenario; without it the shipped duel
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scenario: Option<PathBuf>,
+    /// Play on this map: .tmx or .map
+    #[arg(long, value_name = "FILE")]
+    pub(crate) map: Option<PathBuf>,
+    /// Address and port to listen at; port 0 takes any that is free
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
+    pub(crate) listen: SocketAddr,
+    /// How time passes
+    #[arg(long, value_enum, default_value = "realtime")]
+    pub(crate) clock: Clock,
+    /// The seed of the first match; without it the scenario's; each further match has the next
+    #[arg(long, value_name = "S")]
+    pub(crate) seed: Option<u64>,
+    /// Stop after one match
+    #[arg(long)]
+    pub(crate) once: bool,
+    /// Where to write the replay of the match
+    #[arg(long, value_name = "FILE", requires = "once")]
+    pub(crate) replay: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Bot {
+    /// The bot: idle, random or straight
+    pub(crate) name: String,
+    /// Where the match runs
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
+    pub(crate) connect: SocketAddr,
+    /// The token of the seat, as `maniple serve` prints it
+    #[arg(long, value_name = "T", env = "MANIPLE_TOKEN", hide_env_values = true)]
+    pub(crate) token: String,
+    /// The seed of the match; the bot's own is made of it and of the seat, as `maniple match` does
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum ReplayCommand {
+    /// Print what was played, by whom, and how it ended
+    #[command(after_help = "Example: maniple replay info duel.replay")]
+    Info(ReplayFile),
+    /// Play it again and compare the hash of every cycle; exit code 1 if one differs
+    #[command(after_help = "Example: maniple replay verify duel.replay --json")]
+    Verify(ReplayFile),
+    /// Draw the match at a cycle
+    #[command(after_help = "Example: maniple replay render duel.replay --cycle 100 --out duel.png")]
+    Render(ReplayRender),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayFile {
+    /// A replay
+    pub(crate) file: PathBuf,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayRender {
+    /// A replay
+    pub(crate) file: PathBuf,
+    /// The cycle at whose start the match is drawn
+    #[arg(long, value_name = "N")]
+    pub(crate) cycle: u32,
+    /// The picture to write
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) out: PathBuf,
+    /// Pixels a tile; without it the picture gets about 1,024 pixels wide or high
+    #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=64))]
+    pub(crate) scale: Option<u32>,
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(number) if number > 0.0 && number.is_finite() => Ok(number),
+        Ok(number) => Err(format!("{number} is not a positive number of tiles")),
+        Err(error) => Err(error.to_string()),
+    }
+}

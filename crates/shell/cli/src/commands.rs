@@ -1,0 +1,8 @@
+//! One file a command.
+
+pub(crate) mod bot;
+pub(crate) mod map;
+pub(crate) mod play;
+pub(crate) mod replay;
+pub(crate) mod serve;
+pub(crate) mod simulate;

@@ -1,0 +1,7 @@
+//! Being written.
+
+use crate::failure::Failure;
+
+pub(crate) fn run(_arguments: &crate::arguments::Bot) -> Result<(), Failure> {
+    Err(Failure::usage(String::new()))
+}

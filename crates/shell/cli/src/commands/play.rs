@@ -1,0 +1,142 @@
+//! `maniple match`: bots against each other in this process.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use maniple_game::{Loaded, load};
+use maniple_geometry::Cycle;
+use maniple_view::{Digest, EndReason, MatchResult, Score, Seat};
+use serde::Serialize;
+
+use crate::arguments::Match;
+use crate::failure::Failure;
+use crate::files::{self, Disk, SHIPPED_SCENARIO, ShippedThenDisk};
+use crate::headless;
+use crate::output::{Format, grouped, print};
+
+/// How a match went, as it is printed.
+#[derive(Debug, Serialize)]
+struct Report {
+    scenario: String,
+    seed: u64,
+    cycles: u32,
+    winner: Option<Seat>,
+    scores: Vec<Score>,
+    hash: Digest,
+    cycles_per_second: f64,
+    /// Where the replay is; null where none was asked for.
+    replay: Option<String>,
+    #[serde(skip)]
+    reason: EndReason,
+    #[serde(skip)]
+    rate: f64,
+}
+
+/// Runs `maniple match`.
+pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
+    let mut loaded = loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), arguments.seed)?;
+    if let Some(cycles) = arguments.cycles {
+        loaded.limit_cycles(Cycle(cycles));
+    }
+    let bots = headless::bots(&loaded, &arguments.bots)?;
+    let (name, seed, rate) = (loaded.scenario.name.clone(), loaded.scenario.seed, loaded.scenario.rate);
+    let bar = progress_bar(u64::from(loaded.scenario.cycles_max.0));
+    let begun = Instant::now();
+    let played = headless::play(loaded, bots, |cycle| bar.set_position(u64::from(cycle)))?;
+    let seconds = begun.elapsed().as_secs_f64();
+    bar.finish_and_clear();
+    if let Some(path) = &arguments.replay {
+        files::write(path, &played.replay)?;
+    }
+    let MatchResult { winner, reason, cycles, scores, hash } = played.result;
+    let report = Report {
+        scenario: name,
+        seed,
+        cycles: cycles.0,
+        winner,
+        scores,
+        hash,
+        cycles_per_second: f64::from(cycles.0) / seconds,
+        replay: arguments.replay.as_ref().map(|path| path.display().to_string()),
+        reason,
+        rate,
+    };
+    print(Format::of(&arguments.json), &report, |report| text(report, arguments))
+}
+
+/// Returns the start of a match; without a scenario that of the shipped one.
+pub(crate) fn loaded(
+    scenario: Option<&Path>,
+    map: Option<&Path>,
+    seed: Option<u64>,
+) -> Result<Loaded, Failure> {
+    let map = map.map(Path::to_string_lossy);
+    match scenario {
+        Some(path) => load(&Disk, &path.to_string_lossy(), map.as_deref(), seed),
+        None => load(&ShippedThenDisk(files::shipped()), SHIPPED_SCENARIO, map.as_deref(), seed),
+    }
+    .map_err(Failure::bad_input)
+}
+
+/// A bar on standard error; none where that is no terminal.
+fn progress_bar(cycles: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} cycles, {per_sec}");
+    let bar = ProgressBar::new(cycles);
+    match style {
+        Ok(style) => bar.with_style(style),
+        Err(_) => bar,
+    }
+}
+
+fn text(report: &Report, arguments: &Match) -> String {
+    let mut text = format!(
+        "{}, seed {}: {} after {} cycles ({:.1} s of play), {} cycles a second\n",
+        report.scenario,
+        report.seed,
+        match report.winner {
+            Some(seat) => format!("seat {seat} wins"),
+            None => "a draw".to_owned(),
+        },
+        grouped(u64::from(report.cycles)),
+        f64::from(report.cycles) / report.rate,
+        whole(report.cycles_per_second),
+    );
+    for score in &report.scores {
+        let _ = writeln!(
+            text,
+            "  seat {}  {:<12} {:>4} of {} units in the zone, sum of cycles {}{}",
+            score.seat,
+            score.name,
+            score.arrived,
+            score.units,
+            grouped(score.arrival_sum),
+            if score.resigned { ", resigned" } else { "" },
+        );
+    }
+    let ended = match report.reason {
+        EndReason::Objective => "all units have arrived",
+        EndReason::Length => "the time was up",
+        EndReason::Resigned => "the others had resigned",
+    };
+    let _ = writeln!(text, "  {ended}; state hash {}", report.hash);
+    let scenario = arguments.scenario.as_deref().unwrap_or(Path::new(SHIPPED_SCENARIO)).display();
+    let _ = match &report.replay {
+        Some(replay) => {
+            let cycle = report.cycles / 2;
+            writeln!(text, "next: maniple replay render {replay} --cycle {cycle} --out match.png")
+        }
+        None => writeln!(text, "next: maniple match {scenario} --bot random --seed 2 --replay match.replay"),
+    };
+    text
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a rate is positive, and an infinite one may saturate"
+)]
+fn whole(rate: f64) -> String {
+    grouped(rate as u64)
+}

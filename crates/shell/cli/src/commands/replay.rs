@@ -1,0 +1,210 @@
+//! `maniple replay`: what a match was, and that it is so again.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::Context;
+use maniple_game::{Loaded, load};
+use maniple_geometry::Cycle;
+use maniple_protocol::{Record, Replay, read_replay};
+use maniple_referee::{RecordedEvent, Referee, ReplayError};
+use maniple_view::{ClockMode, Digest, MatchResult, Objective, Seat};
+use serde::Serialize;
+
+use crate::arguments::{ReplayCommand, ReplayFile, ReplayRender};
+use crate::failure::Failure;
+use crate::files;
+use crate::output::{Format, grouped, print};
+use crate::picture::Picture;
+
+/// Runs `maniple replay`.
+pub(crate) fn run(command: &ReplayCommand) -> Result<(), Failure> {
+    match command {
+        ReplayCommand::Info(arguments) => info(arguments),
+        ReplayCommand::Verify(arguments) => verify(arguments),
+        ReplayCommand::Render(arguments) => render(arguments),
+    }
+}
+
+/// What a replay holds.
+#[derive(Debug, Serialize)]
+struct Info {
+    build: String,
+    protocol: u32,
+    scenario: String,
+    seed: u64,
+    map_hash: Digest,
+    seats: u16,
+    players: Vec<String>,
+    commands: usize,
+    bytes: usize,
+    result: Option<MatchResult>,
+}
+
+impl Info {
+    fn of(replay: &Replay, bytes: usize) -> Self {
+        let header = &replay.header;
+        let mut players = vec![String::new(); usize::from(header.seats)];
+        let mut commands = 0;
+        for record in &replay.records {
+            match record {
+                Record::Joined { seat, name, .. } => {
+                    if let Some(player) = players.get_mut(seat.index()) {
+                        player.clone_from(name);
+                    }
+                }
+                Record::Commands { list, .. } => commands += list.len(),
+                Record::Absent { .. } | Record::Cycle { .. } | Record::Ended { .. } => {}
+            }
+        }
+        Self {
+            build: header.build.clone(),
+            protocol: header.protocol,
+            scenario: header.scenario_name.clone(),
+            seed: header.seed,
+            map_hash: header.map_hash,
+            seats: header.seats,
+            players,
+            commands,
+            bytes,
+            result: replay.ended.clone(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!(
+            "{}, seed {}, {} bytes, recorded by {} (protocol {})\nmap {}\n",
+            self.scenario,
+            self.seed,
+            grouped(self.bytes as u64),
+            self.build,
+            self.protocol,
+            self.map_hash
+        );
+        let _ = writeln!(text, "players: {}", self.players.join(", "));
+        let _ = writeln!(text, "{} commands", grouped(self.commands as u64));
+        if let Some(result) = &self.result {
+            let winner = result.winner.map_or("a draw".to_owned(), |seat| format!("seat {seat} won"));
+            let cycles = grouped(u64::from(result.cycles.0));
+            let _ = writeln!(text, "{winner} after {cycles} cycles, state hash {}", result.hash);
+        }
+        text
+    }
+}
+
+fn info(arguments: &ReplayFile) -> Result<(), Failure> {
+    let (replay, bytes) = read(&arguments.file)?;
+    print(Format::of(&arguments.json), &Info::of(&replay, bytes), Info::text)
+}
+
+/// Whether a replay plays again to the same hashes.
+#[derive(Debug, Serialize)]
+struct Verdict {
+    verified: bool,
+    cycles: u32,
+    /// The first cycle that differs; null where none does.
+    first_difference: Option<u32>,
+    /// The hash at the end of what agreed.
+    hash: Digest,
+}
+
+fn verify(arguments: &ReplayFile) -> Result<(), Failure> {
+    let (replay, _) = read(&arguments.file)?;
+    let mut referee = start(&replay, &arguments.file)?;
+    let mut verdict = Verdict { verified: true, cycles: 0, first_difference: None, hash: referee.hash() };
+    let mut difference = None;
+    for event in maniple_server::events(&replay) {
+        if let Err(error) = referee.handle_record(&event) {
+            let first = match &error {
+                ReplayError::Hash { cycle, .. } => *cycle,
+                ReplayError::Result { .. } | ReplayError::Order { .. } | ReplayError::Seat { .. } => {
+                    referee.cycle()
+                }
+            };
+            verdict.verified = false;
+            verdict.first_difference = Some(first.0);
+            difference = Some(error);
+            break;
+        }
+        verdict.cycles = referee.cycle().0;
+        verdict.hash = referee.hash();
+    }
+    print(Format::of(&arguments.json), &verdict, |verdict| match verdict.first_difference {
+        None => format!("verified: {} cycles, hash {}\n", grouped(u64::from(verdict.cycles)), verdict.hash),
+        Some(cycle) => format!("not verified: cycle {cycle} is the first that differs\n"),
+    })?;
+    match difference {
+        None => Ok(()),
+        Some(error) => {
+            Err(Failure::Failed(anyhow::Error::new(error).context(arguments.file.display().to_string())))
+        }
+    }
+}
+
+fn render(arguments: &ReplayRender) -> Result<(), Failure> {
+    let (replay, _) = read(&arguments.file)?;
+    let mut referee = start(&replay, &arguments.file)?;
+    let wanted = Cycle(arguments.cycle);
+    for event in maniple_server::events(&replay) {
+        let is_beyond = matches!(&event, RecordedEvent::Hash { cycle, .. } if *cycle > wanted);
+        if is_beyond {
+            break;
+        }
+        referee
+            .handle_record(&event)
+            .with_context(|| arguments.file.display().to_string())
+            .map_err(Failure::Failed)?;
+    }
+    if referee.cycle() != wanted {
+        return Err(Failure::usage(format!(
+            "--cycle {wanted}: the match has cycles 0 to {}",
+            referee.cycle()
+        )));
+    }
+    files::write(&arguments.out, &drawn(&referee, arguments.scale)?.png()?)
+}
+
+fn drawn(referee: &Referee, scale: Option<u32>) -> Result<Picture, Failure> {
+    let mut picture = Picture::of(&referee.loaded().map, scale)?;
+    let rules = referee.rules();
+    let Objective::Race { zones } = &rules.objective;
+    for zone in zones {
+        picture.draw_zone(zone);
+    }
+    // Each seat's view has all its own objects, in fog too.
+    for seat in (0..).map(Seat).take(referee.seats()) {
+        let view = referee.view(seat);
+        for (_, seen) in view.objects_of(seat) {
+            let radius = rules.unit_types[usize::from(seen.unit_type.0)].radius;
+            picture.draw_circle(seen.base.position(view.cycle()), radius, seat.0);
+        }
+    }
+    Ok(picture)
+}
+
+fn read(path: &Path) -> Result<(Replay, usize), Failure> {
+    let bytes = files::read(path)?;
+    let replay =
+        read_replay(&bytes).with_context(|| path.display().to_string()).map_err(Failure::BadInput)?;
+    Ok((replay, bytes.len()))
+}
+
+/// Returns the referee at the start of the recorded match.
+fn start(replay: &Replay, path: &Path) -> Result<Referee, Failure> {
+    let header = &replay.header;
+    let loaded = || -> anyhow::Result<Loaded> {
+        let files = maniple_server::files(header);
+        let mut loaded = load(&files, &header.scenario, header.map_override.as_deref(), Some(header.seed))?;
+        loaded.limit_cycles(Cycle(header.cycles_max));
+        let hash = Digest(loaded.map.hash());
+        anyhow::ensure!(
+            hash == header.map_hash,
+            "the map hashes to {hash}, the replay says {}; this build reads maps differently from {}",
+            header.map_hash,
+            header.build
+        );
+        Ok(loaded)
+    };
+    let loaded = loaded().with_context(|| path.display().to_string()).map_err(Failure::BadInput)?;
+    Referee::new(loaded, ClockMode::Lockstep).map_err(Failure::bad_input)
+}

@@ -1,0 +1,191 @@
+//! The scene of `maniple simulate`, as it is written in JSON.
+
+use std::collections::BTreeSet;
+
+use anyhow::{anyhow, bail};
+use glam::DVec2;
+use maniple_geometry::{Cycle, Limits, Moment, Segment};
+use maniple_kinematics::{Layers, Stops, Wall, WallKind};
+use serde::Deserialize;
+
+/// Largest coordinate of every scene whose bounds are not larger, in world units: 2^20. The skin follows from the
+/// limits, so they do not depend on what is in the scene.
+const COORDINATE_MAX: f64 = (1u32 << 20) as f64;
+
+/// Largest radius of every scene, in world units: 2^10.
+const RADIUS_MAX: f64 = (1u32 << 10) as f64;
+
+/// Largest speed of every scene, in world units a cycle: 2^20.
+const SPEED_MAX: f64 = (1u32 << 20) as f64;
+
+/// A checked scene.
+#[derive(Debug)]
+pub(super) struct Scene {
+    pub(super) limits: Limits,
+    pub(super) stops: Stops,
+    /// The segments, and the bounds as the edge.
+    pub(super) walls: Vec<Wall>,
+    pub(super) objects: Vec<Object>,
+    /// By cycle; those of one cycle in the order of the file.
+    pub(super) moves: Vec<Move>,
+}
+
+/// The scene as it is written.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawScene {
+    bounds: [f64; 4],
+    #[serde(default)]
+    segments: Vec<[f64; 4]>,
+    objects: Vec<Object>,
+    #[serde(default)]
+    moves: Vec<Move>,
+    #[serde(default)]
+    stops: RawStops,
+}
+
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum RawStops {
+    #[default]
+    Both,
+    Approaching,
+}
+
+/// An object.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Object {
+    pub(super) id: u32,
+    pub(super) x: f64,
+    pub(super) y: f64,
+    pub(super) r: f64,
+}
+
+/// An order to an object.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Move {
+    pub(super) cycle: u32,
+    pub(super) id: u32,
+    x: f64,
+    y: f64,
+    pub(super) s: f64,
+    #[serde(default)]
+    pub(super) queue: bool,
+    start: Option<(u32, f64)>,
+}
+
+impl Move {
+    pub(super) fn goal(&self) -> DVec2 {
+        DVec2::new(self.x, self.y)
+    }
+
+    pub(super) fn start(&self) -> Option<Moment> {
+        self.start.map(|(cycle, fraction)| Moment { cycle: Cycle(cycle), fraction })
+    }
+}
+
+impl Scene {
+    /// Returns the scene in the text of a file.
+    pub(super) fn read(text: &[u8]) -> anyhow::Result<Self> {
+        let mut json = serde_json::Deserializer::from_slice(text);
+        let raw: RawScene = serde_path_to_error::deserialize(&mut json).map_err(|error| {
+            let place = named(error.path().to_string(), text);
+            anyhow::Error::new(error.into_inner()).context(place)
+        })?;
+        json.end()?;
+        let [x0, y0, x1, y1] = raw.bounds;
+        let reach = [x0, y0, x1, y1].into_iter().map(f64::abs).fold(COORDINATE_MAX, f64::max);
+        let limits = Limits::new(reach, RADIUS_MAX, SPEED_MAX)
+            .map_err(|(_, error)| anyhow!("bounds: a coordinate {error}"))?;
+        let mut scene = Self {
+            limits,
+            stops: match raw.stops {
+                RawStops::Both => Stops::Both,
+                RawStops::Approaching => Stops::Approaching,
+            },
+            walls: Vec::with_capacity(raw.segments.len() + 4),
+            objects: raw.objects,
+            moves: raw.moves,
+        };
+        for (place, &[ax, ay, bx, by]) in raw.segments.iter().enumerate() {
+            scene.check_numbers(&[("x1", ax), ("y1", ay), ("x2", bx), ("y2", by)], || {
+                format!("segment {place}")
+            })?;
+            scene.push_wall((ax, ay), (bx, by), WallKind::Segment);
+        }
+        scene.check_numbers(&[("x0", x0), ("y0", y0), ("x1", x1), ("y1", y1)], || "bounds".to_owned())?;
+        if x0 >= x1 || y0 >= y1 {
+            bail!("bounds: [x0, y0, x1, y1] must have x0 < x1 and y0 < y1");
+        }
+        for (from, to) in
+            [((x1, y0), (x0, y0)), ((x1, y1), (x1, y0)), ((x0, y1), (x1, y1)), ((x0, y0), (x0, y1))]
+        {
+            scene.push_wall(from, to, WallKind::Edge);
+        }
+        scene.check_objects(raw.bounds)?;
+        scene.check_moves()?;
+        scene.moves.sort_by_key(|order| order.cycle);
+        Ok(scene)
+    }
+
+    fn push_wall(&mut self, from: (f64, f64), to: (f64, f64), kind: WallKind) {
+        let segment = Segment::new(from.into(), to.into());
+        self.walls.push(Wall { segment, kind, layers: Layers(u32::MAX) });
+    }
+
+    fn check_numbers(&self, numbers: &[(&str, f64)], place: impl Fn() -> String) -> anyhow::Result<()> {
+        for &(field, value) in numbers {
+            self.limits.check_coordinate(value).map_err(|error| anyhow!("{}: {field} {error}", place()))?;
+        }
+        Ok(())
+    }
+
+    fn check_objects(&self, [x0, y0, x1, y1]: [f64; 4]) -> anyhow::Result<()> {
+        for object in &self.objects {
+            let Object { id, x, y, .. } = *object;
+            self.check_numbers(&[("x", x), ("y", y)], || format!("object {id}"))?;
+            for (field, value, low, high) in [("x", x, x0, x1), ("y", y, y0, y1)] {
+                if value < low || high < value {
+                    bail!("object {id}: {field} is {value}, outside of the bounds {low} to {high}");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn check_moves(&self) -> anyhow::Result<()> {
+        let ids: BTreeSet<u32> = self.objects.iter().map(|object| object.id).collect();
+        for order in &self.moves {
+            let Move { cycle, id, .. } = *order;
+            let place = || format!("the move of object {id} in cycle {cycle}");
+            if !ids.contains(&id) {
+                bail!("the move in cycle {cycle}: id {id} is no object of the scene");
+            }
+            self.check_numbers(&[("x", order.x), ("y", order.y)], place)?;
+            self.limits.check_speed(order.s).map_err(|error| anyhow!("{}: s {error}", place()))?;
+            if let Some((start, fraction)) = order.start {
+                let checked = self.limits.check_fraction(fraction);
+                checked.map_err(|error| anyhow!("{}: start[1] {error}", place()))?;
+                if start < cycle {
+                    bail!("{}: start[0] is {start}, before that cycle", place());
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The place of an error, with the id of the object where the text up to there gives one.
+fn named(path: String, text: &[u8]) -> String {
+    let id = path.split_once('[').and_then(|(list, rest)| {
+        let index: usize = rest.split_once(']')?.0.parse().ok()?;
+        let scene: serde_json::Value = serde_json::from_slice(text).ok()?;
+        Some(scene.get(list)?.get(index)?.get("id")?.to_string())
+    });
+    match id {
+        Some(id) => format!("{path} (object {id})"),
+        None => path,
+    }
+}

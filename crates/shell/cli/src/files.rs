@@ -1,0 +1,79 @@
+//! Files on disk, and those that ship inside the program.
+
+use std::path::Path;
+
+use anyhow::Context;
+use maniple_game::{Files, LoadedFile};
+use maniple_tilemap::{Resolver, TileMap};
+
+use crate::failure::Failure;
+
+/// The largest file that is read: a map of 4096 x 4096 tiles as text needs 16 MiB for each layer.
+const FILE_SIZE_MAX: u64 = 256 << 20;
+
+/// Files on disk; a path that is not absolute starts at the working directory.
+pub(crate) struct Disk;
+
+impl Resolver for Disk {
+    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
+        let size = std::fs::metadata(path).map_err(|error| error.to_string())?.len();
+        if size > FILE_SIZE_MAX {
+            return Err(format!("{size} bytes; a file may have {FILE_SIZE_MAX}"));
+        }
+        std::fs::read(path).map_err(|error| error.to_string())
+    }
+}
+
+/// Files beside another one on disk.
+struct Beside<'a>(&'a Path);
+
+impl Resolver for Beside<'_> {
+    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
+        Disk.resolve(&self.0.join(path).to_string_lossy())
+    }
+}
+
+/// Returns the bytes of a file.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    Disk.resolve(&path.to_string_lossy())
+        .map_err(anyhow::Error::msg)
+        .with_context(|| path.display().to_string())
+        .map_err(Failure::BadInput)
+}
+
+/// Writes a file.
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    std::fs::write(path, bytes).with_context(|| path.display().to_string()).map_err(Failure::Failed)
+}
+
+/// Returns the map in a file.
+pub(crate) fn map(path: &Path) -> Result<TileMap, Failure> {
+    let bytes = read(path)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    maniple_tilemap::read(&path.to_string_lossy(), &bytes, &Beside(folder))
+        .with_context(|| path.display().to_string())
+        .map_err(Failure::BadInput)
+}
+
+/// The scenario that is played when none is named.
+pub(crate) const SHIPPED_SCENARIO: &str = "config/scenarios/duel.toml";
+
+/// Returns the files of [`SHIPPED_SCENARIO`]; they are in the program, so that it needs nothing beside it.
+pub(crate) fn shipped() -> Files {
+    let file = |path: &str, bytes: &[u8]| LoadedFile { path: path.to_owned(), bytes: bytes.to_vec() };
+    Files(vec![
+        file(SHIPPED_SCENARIO, include_bytes!("../../../../config/scenarios/duel.toml")),
+        file("maps/choke.tmx", include_bytes!("../../../../maps/choke.tmx")),
+        file("maps/tiles.tsx", include_bytes!("../../../../maps/tiles.tsx")),
+    ])
+}
+
+/// Returns the bytes of a file from the shipped ones first, then from disk: so that `--map` works without a
+/// scenario.
+pub(crate) struct ShippedThenDisk(pub(crate) Files);
+
+impl Resolver for ShippedThenDisk {
+    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
+        self.0.resolve(path).or_else(|_| Disk.resolve(path))
+    }
+}

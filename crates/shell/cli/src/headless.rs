@@ -1,0 +1,73 @@
+//! A match in this process, without a clock.
+
+use maniple_bots::{Bot, bot_seed};
+use maniple_game::Loaded;
+use maniple_referee::Referee;
+use maniple_server::Recording;
+use maniple_view::{ClockMode, MatchResult, Seat, Sequenced};
+
+use crate::failure::Failure;
+
+/// How a match went.
+pub(crate) struct Played {
+    pub(crate) result: MatchResult,
+    /// The bytes of its replay.
+    pub(crate) replay: Vec<u8>,
+}
+
+/// Returns the bots of a match: those that are named, then those of the scenario.
+pub(crate) fn bots(loaded: &Loaded, names: &[String]) -> Result<Vec<Box<dyn Bot + Send>>, Failure> {
+    let seats = &loaded.scenario.seats;
+    if names.len() > seats.len() {
+        return Err(Failure::usage(format!(
+            "{} bots for {} seats; name --bot at most once a seat",
+            names.len(),
+            seats.len()
+        )));
+    }
+    let seat_bot = |(number, default): (u16, Option<&String>)| {
+        let seat = Seat(number);
+        let name = names.get(seat.index()).or(default).ok_or_else(|| {
+            Failure::usage(format!("the scenario names no bot for seat {number}; name one with --bot"))
+        })?;
+        maniple_bots::make(name, bot_seed(loaded.scenario.seed, seat))
+            .map_err(|error| Failure::usage(error.to_string()))
+    };
+    (0u16..).zip(seats.iter().map(|start| start.bot.as_ref())).map(seat_bot).collect()
+}
+
+/// Plays a match to its end; `progress` is told the number of cycles played.
+pub(crate) fn play(
+    loaded: Loaded,
+    mut bots: Vec<Box<dyn Bot + Send>>,
+    progress: impl Fn(u32),
+) -> Result<Played, Failure> {
+    let mut recording = Recording::begin(&loaded).map_err(Failure::bad_input)?;
+    let mut referee = Referee::new(loaded, ClockMode::Lockstep).map_err(Failure::bad_input)?;
+    for (seat, bot) in (0..).map(Seat).zip(&bots) {
+        referee.handle_join(seat, bot.name()).map_err(Failure::failed)?;
+    }
+    let rules = referee.rules();
+    for (seat, bot) in (0..).map(Seat).zip(&mut bots) {
+        bot.on_start(seat, &rules, referee.terrain());
+    }
+    let mut sequence = 0;
+    loop {
+        for (seat, bot) in (0..).map(Seat).zip(&mut bots) {
+            let Some(delta) = referee.take_delta(seat) else { continue };
+            let commands = bot.on_cycle(referee.view(seat), &delta);
+            let numbered = commands.into_iter().map(|command| {
+                sequence += 1;
+                Sequenced { seq: sequence, command }
+            });
+            let batch = numbered.collect();
+            referee.handle_commands(seat, delta.cycle, batch).map_err(Failure::failed)?;
+        }
+        recording.extend(referee.take_records()).map_err(Failure::failed)?;
+        progress(referee.cycle().0);
+        if let Some(result) = referee.result() {
+            return Ok(Played { result: result.clone(), replay: recording.into_bytes() });
+        }
+        referee.step();
+    }
+}

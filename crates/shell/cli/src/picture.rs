@@ -1,0 +1,177 @@
+//! Pictures of maps and matches.
+
+use anyhow::anyhow;
+use glam::DVec2;
+use maniple_tilemap::{Corner, Spawn, TileMap, TileShape};
+use maniple_view::Zone;
+use tiny_skia::{
+    Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, Transform,
+};
+
+use crate::failure::Failure;
+
+/// Pixels along the longer side where no scale is asked for.
+const SIZE_WANTED: u32 = 1024;
+
+/// Most pixels along a side: 8192, 256 MiB for a square.
+const SIZE_MAX: u32 = 8192;
+
+/// Colours of the seats, told apart by people who see colours differently too (Okabe and Ito, 2008).
+const SEATS: [[u8; 3]; 8] = [
+    [0, 114, 178],
+    [213, 94, 0],
+    [0, 158, 115],
+    [204, 121, 167],
+    [230, 159, 0],
+    [86, 180, 233],
+    [240, 228, 66],
+    [120, 120, 120],
+];
+
+const GROUND: [u8; 3] = [236, 232, 220];
+const ROCK: [u8; 3] = [74, 78, 86];
+const WALL: [u8; 3] = [20, 22, 26];
+
+/// A picture of a map, to draw on. Drawing is in world units.
+pub(crate) struct Picture {
+    pixels: Pixmap,
+    /// Pixels a world unit.
+    scale: f32,
+}
+
+impl Picture {
+    /// Draws the tiles and walls of a map; `scale` is in pixels a tile.
+    pub(crate) fn of(map: &TileMap, scale: Option<u32>) -> Result<Self, Failure> {
+        let longer = map.width().max(map.height());
+        let scale = scale.unwrap_or_else(|| (SIZE_WANTED / longer).clamp(1, 32));
+        let size = |tiles: u32| tiles.checked_mul(scale).filter(|&pixels| pixels <= SIZE_MAX);
+        let pixels = size(map.width()).zip(size(map.height())).and_then(|(w, h)| Pixmap::new(w, h));
+        let pixels = pixels.ok_or_else(|| {
+            let largest = SIZE_MAX / longer;
+            Failure::usage(format!(
+                "--scale {scale}: the picture would have more than {SIZE_MAX} pixels along a side; \
+                 the largest scale for this map is {largest}"
+            ))
+        })?;
+        let mut picture = Self { pixels, scale: float(f64::from(scale)) };
+        picture.draw_tiles(map);
+        picture.draw_walls(map);
+        Ok(picture)
+    }
+
+    /// Draws where seats begin.
+    pub(crate) fn draw_spawns(&mut self, spawns: &[Spawn]) {
+        for spawn in spawns {
+            let seat = u16::try_from(spawn.player).unwrap_or(u16::MAX);
+            self.draw_circle(spawn.position, 0.5, seat);
+        }
+    }
+
+    /// Draws the zone of a seat, transparent.
+    pub(crate) fn draw_zone(&mut self, zone: &Zone) {
+        let [red, green, blue] = color_of(zone.seat.0);
+        let mut paint = Paint::default();
+        paint.set_color_rgba8(red, green, blue, 70);
+        let (min, max) = (zone.min, zone.max);
+        if let Some(rectangle) = Rect::from_ltrb(float(min.x), float(min.y), float(max.x), float(max.y)) {
+            self.pixels.fill_rect(rectangle, &paint, self.transform(), None);
+        }
+    }
+
+    /// Draws an object of a seat.
+    pub(crate) fn draw_circle(&mut self, center: DVec2, radius: f64, seat: u16) {
+        let Some(path) = PathBuilder::from_circle(float(center.x), float(center.y), float(radius)) else {
+            return;
+        };
+        let transform = self.transform();
+        self.pixels.fill_path(&path, &solid(color_of(seat)), FillRule::Winding, transform, None);
+        let stroke = Stroke { width: float(radius * 0.2), ..Stroke::default() };
+        self.pixels.stroke_path(&path, &solid(WALL), &stroke, transform, None);
+    }
+
+    /// Returns the picture as a PNG file.
+    pub(crate) fn png(&self) -> Result<Vec<u8>, Failure> {
+        self.pixels.encode_png().map_err(|error| Failure::failed(anyhow!("the picture: {error}")))
+    }
+
+    fn draw_tiles(&mut self, map: &TileMap) {
+        self.pixels.fill(Color::from_rgba8(GROUND[0], GROUND[1], GROUND[2], 255));
+        let width = self.pixels.width() as usize;
+        let edge = width / map.width() as usize;
+        let rock = PremultipliedColorU8::from_rgba(ROCK[0], ROCK[1], ROCK[2], 255);
+        for y in 0..map.height() {
+            for x in 0..map.width() {
+                match map.tile(x, y).shape {
+                    TileShape::Open => {}
+                    TileShape::Blocked => {
+                        let (left, top) = (x as usize * edge, y as usize * edge);
+                        for row in top..top + edge {
+                            let row = row * width;
+                            let pixels = &mut self.pixels.pixels_mut()[row + left..row + left + edge];
+                            pixels.fill(rock.unwrap_or(PremultipliedColorU8::TRANSPARENT));
+                        }
+                    }
+                    TileShape::Diagonal(corner) => self.draw_triangle((x, y), corner),
+                }
+            }
+        }
+    }
+
+    fn draw_triangle(&mut self, (x, y): (u32, u32), blocked: Corner) {
+        let (x, y) = (float(f64::from(x)), float(f64::from(y)));
+        let corners = [(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)];
+        let opposite = match blocked {
+            Corner::Northwest => 2,
+            Corner::Northeast => 3,
+            Corner::Southeast => 0,
+            Corner::Southwest => 1,
+        };
+        let mut path = PathBuilder::new();
+        let mut rest = (0..4).filter(|&place| place != opposite).map(|place| corners[place]);
+        if let Some((x, y)) = rest.next() {
+            path.move_to(x, y);
+        }
+        for (x, y) in rest {
+            path.line_to(x, y);
+        }
+        path.close();
+        if let Some(path) = path.finish() {
+            let transform = self.transform();
+            self.pixels.fill_path(&path, &solid(ROCK), FillRule::Winding, transform, None);
+        }
+    }
+
+    fn draw_walls(&mut self, map: &TileMap) {
+        let mut path = PathBuilder::new();
+        for segment in map.segments() {
+            path.move_to(float(segment.start.x), float(segment.start.y));
+            path.line_to(float(segment.end.x), float(segment.end.y));
+        }
+        let pixels_wide = (self.scale * 0.12).max(1.0);
+        let stroke =
+            Stroke { width: pixels_wide / self.scale, line_cap: LineCap::Square, ..Stroke::default() };
+        if let Some(path) = path.finish() {
+            let transform = self.transform();
+            self.pixels.stroke_path(&path, &solid(WALL), &stroke, transform, None);
+        }
+    }
+
+    fn transform(&self) -> Transform {
+        Transform::from_scale(self.scale, self.scale)
+    }
+}
+
+fn color_of(seat: u16) -> [u8; 3] {
+    SEATS[usize::from(seat) % SEATS.len()]
+}
+
+fn solid([red, green, blue]: [u8; 3]) -> Paint<'static> {
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
+    paint.set_color_rgba8(red, green, blue, 255);
+    paint
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a picture needs no more than single precision")]
+fn float(number: f64) -> f32 {
+    number as f32
+}

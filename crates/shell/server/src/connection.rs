@@ -1,0 +1,175 @@
+//! One connection: bytes in, events out, and what the simulation answers.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::mpsc::{SendError, Sender};
+use std::time::Duration;
+
+use maniple_protocol::{Encoding, Hello, Inbound, Input, Refused, ServerMessage, encode_server};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
+use tokio::sync::Semaphore;
+use tokio::time::timeout;
+use tokio_util::sync::CancellationToken;
+
+use crate::link::{FLUSH_TIMEOUT, Link};
+use crate::simulation::Event;
+
+/// Time for the hello; a client sends it at once.
+pub const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// The same in the seconds that a client is told.
+const HELLO_SECONDS: u32 = 5;
+
+/// Messages of a connection that wait for the simulation. More are left in the socket, so that a flood holds up its
+/// sender alone. A client sends two messages a cycle, and a few more where commands do not fit in one.
+pub const IN_FLIGHT_MAX: usize = 16;
+
+/// Time in which bytes that still come in after the last message are read and dropped. Closing a socket that has
+/// unread bytes resets the connection, and the client would lose the last message.
+pub const DISCARD_TIMEOUT: Duration = Duration::from_secs(1);
+
+/// Bytes that are read at once: half of the largest message, which is rare.
+const READ_SIZE: usize = 8 * 1024;
+
+/// A connection of a match, counted in the order in which they came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ConnectionId(pub(crate) u64);
+
+/// What a connection needs to know of its match.
+#[derive(Clone, Debug)]
+pub(crate) struct Gate {
+    /// To the simulation.
+    pub(crate) events: Sender<Event>,
+    /// Cancelled when the match has ended.
+    pub(crate) ended: CancellationToken,
+}
+
+/// Serves a connection to its end.
+pub(crate) async fn serve(stream: TcpStream, connection: ConnectionId, peer: SocketAddr, gate: Gate) {
+    tracing::debug!(connection = connection.0, %peer, "connected");
+    let nodelay = stream.set_nodelay(true);
+    if let Err(error) = nodelay {
+        tracing::debug!(connection = connection.0, %error, "no TCP_NODELAY");
+    }
+    let (half, mut writer) = stream.into_split();
+    let mut reader = Reader { half, inbound: Inbound::new(), buffer: vec![0; READ_SIZE] };
+    match greet(&mut reader, &gate).await {
+        Greeting::Hello(hello) => attend(&mut reader, &mut writer, hello, (connection, &gate)).await,
+        Greeting::Refused(reason) => {
+            tracing::info!(connection = connection.0, %peer, %reason, "refused");
+            refuse(&mut writer, reader.inbound.encoding(), reason).await;
+        }
+        Greeting::Gone => {}
+    }
+    let goodbye = writer.shutdown().await;
+    if goodbye.is_ok() {
+        reader.discard().await;
+    }
+    tracing::debug!(connection = connection.0, %peer, "closed");
+}
+
+/// How a connection begins.
+enum Greeting {
+    Hello(Hello),
+    Refused(Refused),
+    /// The client has closed it.
+    Gone,
+}
+
+async fn greet(reader: &mut Reader, gate: &Gate) -> Greeting {
+    let first = tokio::select! {
+        biased;
+        first = timeout(HELLO_TIMEOUT, reader.next()) => first,
+        () = gate.ended.cancelled() => return Greeting::Refused(Refused::Shutdown),
+    };
+    match first {
+        Err(_) => Greeting::Refused(Refused::Timeout { seconds: HELLO_SECONDS }),
+        Ok(Err(_) | Ok(None)) => Greeting::Gone,
+        Ok(Ok(Some(Input::Hello(hello)))) => Greeting::Hello(hello),
+        Ok(Ok(Some(Input::Violation(reason)))) => Greeting::Refused(reason),
+        Ok(Ok(Some(Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. }))) => {
+            Greeting::Refused(Refused::Handshake)
+        }
+    }
+}
+
+/// Hands everything that comes after the hello to the simulation, and writes what it answers, until the simulation
+/// has closed the connection.
+async fn attend(
+    reader: &mut Reader,
+    writer: &mut OwnedWriteHalf,
+    hello: Hello,
+    (connection, gate): (ConnectionId, &Gate),
+) {
+    let (link, outbox) = Link::new(reader.inbound.encoding());
+    if let Err(SendError(Event::Hello { link, .. })) =
+        gate.events.send(Event::Hello { connection, hello, link })
+    {
+        link.refuse(Refused::Shutdown);
+    }
+    let mut write = std::pin::pin!(outbox.write_to(writer));
+    let written = tokio::select! {
+        () = reader.listen(connection, &gate.events) => None,
+        written = &mut write => Some(written),
+    };
+    // The simulation may have ended already; then the link is gone as well.
+    let _ = gate.events.send(Event::Gone { connection });
+    let written = match written {
+        Some(written) => written,
+        None => write.await,
+    };
+    if let Err(error) = written {
+        tracing::debug!(connection = connection.0, %error, "not all was sent");
+    }
+}
+
+async fn refuse(writer: &mut OwnedWriteHalf, encoding: Encoding, reason: Refused) {
+    let Ok(bytes) = encode_server(encoding, &ServerMessage::Refused { reason }) else { return };
+    // Whoever does not take it has gone or does not care.
+    let _ = timeout(FLUSH_TIMEOUT, writer.write_all(&bytes)).await;
+}
+
+/// The reading half.
+struct Reader {
+    half: OwnedReadHalf,
+    inbound: Inbound,
+    buffer: Vec<u8>,
+}
+
+impl Reader {
+    /// Returns what the client says next; `None` if it has closed the connection.
+    async fn next(&mut self) -> io::Result<Option<Input>> {
+        loop {
+            if let Some(input) = self.inbound.poll() {
+                return Ok(Some(input));
+            }
+            let count = self.half.read(&mut self.buffer).await?;
+            if count == 0 {
+                return Ok(None);
+            }
+            self.inbound.handle_bytes(&self.buffer[..count]);
+        }
+    }
+
+    /// Hands on what the client says until it closes the connection or breaks the protocol.
+    async fn listen(&mut self, connection: ConnectionId, events: &Sender<Event>) {
+        let room = Arc::new(Semaphore::new(IN_FLIGHT_MAX));
+        while let Ok(Some(input)) = self.next().await {
+            let is_last = matches!(input, Input::Violation(_));
+            let Ok(permit) = Arc::clone(&room).acquire_owned().await else { return };
+            let sent = events.send(Event::Input { connection, input, permit });
+            if is_last || sent.is_err() {
+                return;
+            }
+        }
+    }
+
+    async fn discard(&mut self) {
+        let read = async { while let Ok(1..) = self.half.read(&mut self.buffer).await {} };
+        // In time or not, it is over.
+        let _ = timeout(DISCARD_TIMEOUT, read).await;
+    }
+}

@@ -1,0 +1,223 @@
+//! Listens, and plays matches.
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::{Arc, mpsc};
+use std::thread;
+use std::time::Duration;
+
+use maniple_protocol::EncodeError;
+use maniple_referee::Referee;
+use maniple_view::{Digest, MatchResult};
+use thiserror::Error;
+use tokio::net::{TcpListener, TcpSocket, TcpStream};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
+use tokio::task::JoinSet;
+use tokio_util::sync::CancellationToken;
+
+use crate::connection::{ConnectionId, Gate, serve};
+use crate::recording::Recording;
+use crate::simulation::{Event, Simulation};
+use crate::table::{Access, Table};
+use crate::token::Token;
+
+/// Connections at the same time; more wait in the backlog of the socket. There are at most 64 seats, the rest is
+/// those that have not said hello yet, which takes them 5 seconds at most.
+pub const CONNECTIONS_MAX: usize = 1024;
+
+/// Bytes of a socket's send buffer. The system would let it grow to megabytes, which is a minute and more of deltas
+/// that a client has yet to see when it is found to be too slow.
+pub const SEND_BUFFER_SIZE: u32 = 64 * 1024;
+
+/// Connections that wait to be accepted.
+const BACKLOG: u32 = 1024;
+
+/// Pause after a connection could not be accepted, which is mostly for want of file descriptors.
+const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
+
+/// A socket that listens, and one match after the other on it.
+#[derive(Debug)]
+pub struct Server {
+    listener: TcpListener,
+    slots: Arc<Semaphore>,
+}
+
+/// A match that is to be played, and who may play it.
+pub struct Match {
+    referee: Referee,
+    id: Digest,
+    access: Vec<Access>,
+    map_override: Option<String>,
+}
+
+/// A match that cannot be set up.
+#[derive(Clone, Copy, Debug, Error)]
+pub enum MatchError {
+    /// The operating system gives no random bits.
+    #[error("the operating system gives no random bits: {0}")]
+    Random(#[from] getrandom::Error),
+    /// Not one entry a seat.
+    #[error("the match has {seats} seats, but access is given for {given}")]
+    Access {
+        /// How many were given.
+        given: usize,
+        /// How many seats there are.
+        seats: usize,
+    },
+}
+
+/// How a match over the network came out.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Its result; `None` if it was broken off by a shutdown.
+    pub result: Option<MatchResult>,
+    /// The bytes of the replay; of a match that was broken off, up to there.
+    pub replay: Vec<u8>,
+}
+
+/// Why a match could not be played to its end.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// It cannot be recorded.
+    #[error("the replay cannot be written: {0}")]
+    Recording(#[from] EncodeError),
+    /// The operating system gives no thread.
+    #[error("the thread of the simulation cannot be started: {0}")]
+    Thread(#[from] io::Error),
+    /// The simulation has panicked, which is a mistake of this program.
+    #[error("the simulation has panicked")]
+    Panicked,
+}
+
+impl Match {
+    /// Returns a match with a random token for each seat; see [`Self::access`].
+    ///
+    /// # Errors
+    /// An operating system without random bits.
+    pub fn with_random_tokens(referee: Referee) -> Result<Self, MatchError> {
+        let token = |_| Token::random().map(Access::Token);
+        let access = (0..referee.seats()).map(token).collect::<Result<_, _>>()?;
+        Self::new(referee, access)
+    }
+
+    /// Returns a match with these rights of access, in order of the seats.
+    ///
+    /// # Errors
+    /// Not one entry a seat, or an operating system without random bits.
+    pub fn new(referee: Referee, access: Vec<Access>) -> Result<Self, MatchError> {
+        let (given, seats) = (access.len(), referee.seats());
+        if given != seats {
+            return Err(MatchError::Access { given, seats });
+        }
+        let mut id = [0; 8];
+        getrandom::fill(&mut id)?;
+        Ok(Self { referee, id: Digest(u64::from_le_bytes(id)), access, map_override: None })
+    }
+
+    /// Says for the replay that another map than the scenario's is played, and its name among the match's files.
+    #[must_use]
+    pub fn with_map_override(self, map: String) -> Self {
+        Self { map_override: Some(map), ..self }
+    }
+
+    /// Returns who may take which seat.
+    #[must_use]
+    pub fn access(&self) -> &[Access] {
+        &self.access
+    }
+
+    /// Returns the number of the match, as clients are told.
+    #[must_use]
+    pub fn id(&self) -> Digest {
+        self.id
+    }
+}
+
+impl Server {
+    /// Returns a server that listens; port 0 is any that is free.
+    ///
+    /// # Errors
+    /// An address that cannot be had.
+    pub fn bind(listen: SocketAddr) -> io::Result<Self> {
+        let socket = if listen.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
+        #[cfg(unix)]
+        socket.set_reuseaddr(true)?;
+        socket.set_send_buffer_size(SEND_BUFFER_SIZE)?;
+        socket.bind(listen)?;
+        let listener = socket.listen(BACKLOG)?;
+        Ok(Self { listener, slots: Arc::new(Semaphore::new(CONNECTIONS_MAX)) })
+    }
+
+    /// Returns the address on which it listens.
+    ///
+    /// # Errors
+    /// Whatever the operating system says.
+    pub fn local_addr(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// Plays a match: waits until all seats have been joined, plays to the end, or until `shutdown`, and closes all
+    /// connections. Connections that come between two matches wait for the next.
+    ///
+    /// # Errors
+    /// See [`RunError`]; what clients do is none.
+    pub async fn run(&self, game: Match, shutdown: impl Future<Output = ()>) -> Result<Outcome, RunError> {
+        let recording = Recording::begin(&game.referee, game.map_override)?;
+        let (events, received) = mpsc::channel();
+        let table = Table::new(&game.access);
+        let simulation = Simulation::new(game.referee, game.id, table, recording, received);
+        let mut finished = spawn(simulation)?;
+        let gate = Gate { events, ended: CancellationToken::new() };
+        let mut connections = JoinSet::new();
+        let mut numbers = (0..).map(ConnectionId);
+        let mut shutdown = std::pin::pin!(shutdown);
+        let mut is_shutting_down = false;
+        let outcome = loop {
+            tokio::select! {
+                outcome = &mut finished => break outcome,
+                () = &mut shutdown, if !is_shutting_down => {
+                    is_shutting_down = true;
+                    // If the simulation has ended, there is nothing left to break off.
+                    let _ = gate.events.send(Event::Shutdown);
+                }
+                (stream, peer, slot) = self.accept() => {
+                    let Some(connection) = numbers.next() else { continue };
+                    let gate = gate.clone();
+                    connections.spawn(async move {
+                        serve(stream, connection, peer, gate).await;
+                        drop(slot);
+                    });
+                }
+                Some(_) = connections.join_next() => {}
+            }
+        };
+        gate.ended.cancel();
+        while connections.join_next().await.is_some() {}
+        Ok(outcome.map_err(|_| RunError::Panicked)??)
+    }
+
+    async fn accept(&self) -> (TcpStream, SocketAddr, OwnedSemaphorePermit) {
+        loop {
+            let slot = Arc::clone(&self.slots).acquire_owned().await.expect("the semaphore is never closed");
+            match self.listener.accept().await {
+                Ok((stream, peer)) => return (stream, peer, slot),
+                Err(error) => {
+                    tracing::warn!(%error, "a connection could not be accepted");
+                    tokio::time::sleep(ACCEPT_PAUSE).await;
+                }
+            }
+        }
+    }
+}
+
+/// Starts the simulation on a thread of its own: on those of the runtime a long cycle would hold up connections, and
+/// connections a cycle.
+fn spawn(simulation: Simulation) -> io::Result<oneshot::Receiver<Result<Outcome, EncodeError>>> {
+    let (sender, finished) = oneshot::channel();
+    let run = move || {
+        // Nobody listens any more if the server itself was dropped.
+        let _ = sender.send(simulation.run());
+    };
+    thread::Builder::new().name("simulation".to_owned()).spawn(run)?;
+    Ok(finished)
+}

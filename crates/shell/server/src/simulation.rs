@@ -1,0 +1,273 @@
+//! The thread that owns the referee.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use maniple_protocol::{EncodeError, Hello, Input, Refused, ServerMessage, Welcome};
+use maniple_referee::Referee;
+use maniple_view::{ClockMode, Digest, Seat};
+use tokio::sync::OwnedSemaphorePermit;
+
+use crate::connection::ConnectionId;
+use crate::link::Link;
+use crate::pace::Pace;
+use crate::recording::Recording;
+use crate::server::Outcome;
+use crate::table::Table;
+
+/// Events that are taken in before a cycle that is due: all that 64 connections may have in flight. Without a limit
+/// clients could hold up the cycle by talking on.
+pub const EVENTS_BEFORE_STEP_MAX: usize = 64 * crate::connection::IN_FLIGHT_MAX;
+
+/// What happens outside of the simulation.
+#[derive(Debug)]
+pub(crate) enum Event {
+    /// A connection has said who it is.
+    Hello {
+        /// The connection.
+        connection: ConnectionId,
+        /// Its hello.
+        hello: Hello,
+        /// The way back.
+        link: Link,
+    },
+    /// A connection said something after its hello.
+    Input {
+        /// The connection.
+        connection: ConnectionId,
+        /// What it said.
+        input: Input,
+        /// Held until it has been dealt with.
+        permit: OwnedSemaphorePermit,
+    },
+    /// A connection is closed.
+    Gone {
+        /// The connection.
+        connection: ConnectionId,
+    },
+    /// The match is to be broken off.
+    Shutdown,
+}
+
+/// A match, its connections and its clock.
+pub(crate) struct Simulation {
+    referee: Referee,
+    match_id: Digest,
+    table: Table,
+    recording: Recording,
+    events: Receiver<Event>,
+    start: Instant,
+    /// `None` in lock-step, and before all seats have been joined.
+    pace: Option<Pace>,
+    is_shutting_down: bool,
+}
+
+impl Simulation {
+    /// Returns the simulation of a match that nobody has joined.
+    pub(crate) fn new(
+        referee: Referee,
+        match_id: Digest,
+        table: Table,
+        recording: Recording,
+        events: Receiver<Event>,
+    ) -> Self {
+        let start = Instant::now();
+        Self { referee, match_id, table, recording, events, start, pace: None, is_shutting_down: false }
+    }
+
+    /// Plays the match to its end, and closes all connections.
+    ///
+    /// # Errors
+    /// What happened cannot be recorded.
+    pub(crate) fn run(mut self) -> Result<Outcome, EncodeError> {
+        while self.referee.result().is_none() && !self.is_shutting_down {
+            self.referee.handle_time(self.start.elapsed());
+            self.recording.record(&mut self.referee)?;
+            let now = self.start.elapsed();
+            match self.next_step(now) {
+                Some(due) if due <= now => {
+                    self.take_in();
+                    self.step(now)?;
+                }
+                Some(due) => self.wait(Some(due - now)),
+                None => self.wait(None),
+            }
+        }
+        self.close();
+        Ok(Outcome { result: self.referee.result().cloned(), replay: self.recording.into_bytes() })
+    }
+
+    /// Returns when something has to be done even if nobody says anything; `None` if nothing has.
+    fn next_step(&mut self, now: Duration) -> Option<Duration> {
+        match self.referee.mode() {
+            ClockMode::Lockstep if self.referee.is_ready() => Some(now),
+            ClockMode::Lockstep => self.referee.poll_timeout(),
+            ClockMode::Realtime if self.referee.is_ready() => {
+                let period = Duration::from_secs_f64(1.0 / self.referee.rate());
+                Some(self.pace.get_or_insert_with(|| Pace::new(period, now)).due())
+            }
+            ClockMode::Realtime => None,
+        }
+    }
+
+    /// Waits for an event and handles it.
+    fn wait(&mut self, limit: Option<Duration>) {
+        let received = match limit {
+            Some(limit) => self.events.recv_timeout(limit),
+            None => self.events.recv().map_err(|_| RecvTimeoutError::Disconnected),
+        };
+        match received {
+            Ok(event) => self.handle_event(event),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => self.is_shutting_down = true,
+        }
+    }
+
+    /// Handles what has come in before the cycle.
+    fn take_in(&mut self) {
+        for _ in 0..EVENTS_BEFORE_STEP_MAX {
+            let Ok(event) = self.events.try_recv() else { return };
+            self.handle_event(event);
+        }
+    }
+
+    fn step(&mut self, now: Duration) -> Result<(), EncodeError> {
+        if !self.referee.is_ready() {
+            return Ok(());
+        }
+        if let Some(periods) = self.pace.as_mut().and_then(|pace| pace.handle_step(now)) {
+            tracing::warn!(
+                cycle = self.referee.cycle().0,
+                periods,
+                "too slow for the rate; cycles were put off"
+            );
+        }
+        self.recording.record(&mut self.referee)?;
+        self.referee.step();
+        self.recording.record(&mut self.referee)?;
+        for seat in self.table.seats() {
+            self.send_delta(seat);
+        }
+        Ok(())
+    }
+
+    fn handle_event(&mut self, event: Event) {
+        self.referee.handle_time(self.start.elapsed());
+        match event {
+            Event::Hello { connection, hello, link } => self.handle_hello(connection, &hello, link),
+            Event::Input { connection, input, permit } => {
+                if let Some(seat) = self.table.seat_of(connection) {
+                    self.handle_input(seat, input);
+                }
+                drop(permit);
+            }
+            Event::Gone { connection } => {
+                if let Some(seat) = self.table.seat_of(connection) {
+                    self.table.leave(seat);
+                    self.referee.handle_leave(seat);
+                    tracing::info!(seat = seat.0, cycle = self.referee.cycle().0, "left");
+                }
+            }
+            Event::Shutdown => self.is_shutting_down = true,
+        }
+    }
+
+    fn handle_hello(&mut self, connection: ConnectionId, hello: &Hello, link: Link) {
+        let admitted = self.table.seat_for(&hello.token).and_then(|seat| {
+            let joined = self.referee.handle_join(seat, &hello.player);
+            let malformed = |problem: String| Refused::Malformed { place: "message 1".to_owned(), problem };
+            joined.map(|()| seat).map_err(|error| malformed(error.to_string()))
+        });
+        let seat = match admitted {
+            Ok(seat) => seat,
+            Err(reason) => {
+                tracing::info!(connection = connection.0, client = hello.client, %reason, "refused");
+                return link.refuse(reason);
+            }
+        };
+        if let Some(before) = self.table.sit(seat, connection, link) {
+            before.refuse(Refused::Replaced);
+            tracing::info!(seat = seat.0, "taken over");
+        }
+        tracing::info!(
+            seat = seat.0,
+            connection = connection.0,
+            player = hello.player,
+            client = hello.client,
+            "joined"
+        );
+        self.send(seat, &ServerMessage::Welcome(self.welcome(seat)));
+        self.send_delta(seat);
+    }
+
+    fn handle_input(&mut self, seat: Seat, input: Input) {
+        match input {
+            Input::Commands { seen_cycle, list } => {
+                if let Err(error) = self.referee.handle_commands(seat, seen_cycle, list) {
+                    let place = format!("cycle {}", error.cycle);
+                    self.remove(seat, Refused::Malformed { place, problem: error.to_string() });
+                }
+            }
+            Input::Done { cycle } => self.referee.handle_done(seat, cycle),
+            Input::Ping { id } => {
+                let now = self.start.elapsed();
+                let fraction = self.pace.as_ref().map_or(0.0, |pace| pace.fraction(now));
+                self.send(seat, &ServerMessage::Pong { id, cycle: self.referee.cycle(), fraction });
+            }
+            Input::Violation(reason) => self.remove(seat, reason),
+            Input::Hello(_) => self.remove(seat, Refused::Handshake),
+        }
+    }
+
+    fn welcome(&self, seat: Seat) -> Welcome {
+        Welcome {
+            match_id: self.match_id,
+            seat,
+            seats: u16::try_from(self.referee.seats()).expect("seats are counted in 16 bits"),
+            cycle: self.referee.cycle(),
+            rate: self.referee.rate(),
+            clock: self.referee.mode(),
+            rules: self.referee.rules(),
+            terrain: self.referee.terrain().clone(),
+        }
+    }
+
+    fn send_delta(&mut self, seat: Seat) {
+        if let Some(delta) = self.referee.take_delta(seat) {
+            self.send(seat, &ServerMessage::Delta(delta));
+        }
+    }
+
+    fn send(&mut self, seat: Seat, message: &ServerMessage) {
+        if let Err(reason) = self.table.push(seat, message) {
+            self.remove(seat, reason);
+        }
+    }
+
+    /// Closes the connection at a seat; the player may come back.
+    fn remove(&mut self, seat: Seat, reason: Refused) {
+        if let Some(link) = self.table.leave(seat) {
+            tracing::warn!(seat = seat.0, cycle = self.referee.cycle().0, %reason, "removed");
+            link.refuse(reason);
+            self.referee.handle_leave(seat);
+        }
+    }
+
+    /// Tells every connection that it is over, and why.
+    fn close(&mut self) {
+        let last = match self.referee.result() {
+            Some(result) => ServerMessage::Ended { result: result.clone() },
+            None => ServerMessage::Refused { reason: Refused::Shutdown },
+        };
+        for seat in self.table.seats() {
+            if let Some(link) = self.table.leave(seat) {
+                link.close(&last);
+            }
+        }
+        while let Ok(event) = self.events.try_recv() {
+            if let Event::Hello { link, .. } = event {
+                link.refuse(Refused::Shutdown);
+            }
+        }
+    }
+}
