@@ -4,4 +4,5 @@
 mod architecture;
 mod kinematics;
 mod maps;
+mod predicates;
 mod protocol;

@@ -4,3 +4,5 @@ mod agreement;
 mod promises;
 mod scene;
 mod twin;
+
+pub(crate) use scene::Random;

@@ -54,9 +54,7 @@ pub fn circle_contact<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Windo
     if is_far(d, w * (to - from), reach + skin) {
         return None;
     }
-    let radii = (a.radius.to_f64(), b.radius.to_f64());
-    let at = |time| Pair::new(a.piece.anchored(time), b.piece.anchored(time), radii);
-    enters(&at(from), || at(to)).then(|| from + entry(d, w, reach)).map(|time| bounded(time, to))
+    enters(a, b, window).then(|| bounded(from + entry(d, w, reach), to))
 }
 
 /// Returns when a moving circle collides with a segment in a window in which the piece holds, as a fraction of the
@@ -86,11 +84,7 @@ pub fn segment_contact<S: Scalar>(
         return None;
     }
     let ends = [segment.start, segment.end].map(|end| Piece::at_rest(end, from, to));
-    let enters_end = |end: &Piece<S>| {
-        let radii = (circle.radius.to_f64(), 0.0);
-        let at = |time| Pair::new(piece.anchored(time), end.anchored(time), radii);
-        enters(&at(from), || at(to))
-    };
+    let enters_end = |end| enters(circle, Mover { piece: end, radius: S::ZERO }, window);
     let overlaps_at =
         |time| Approach::new(piece.anchored(time), circle.radius.to_f64(), segment).is_overlapping();
     let enters_flat =
@@ -107,13 +101,19 @@ pub fn is_advancing<S: Scalar>(first: &Piece<S>, second: &Piece<S>, time: S) -> 
     pair.first_advance_sign() == Ordering::Greater
 }
 
-/// Whether two circles that do not overlap at `before` come nearer than touching until `after`.
-fn enters(before: &Pair, after: impl FnOnce() -> Pair) -> bool {
+/// Whether two circles that do not overlap when the window begins come nearer than touching until it ends.
+///
+/// They do if they approach, their lines cross, and either the nearest point of the lines lies in the window or they
+/// overlap at its end.
+fn enters<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Window<S>) -> bool {
+    let radii = (a.radius.to_f64(), b.radius.to_f64());
+    let before = Pair::new(a.piece.anchored(window.from), b.piece.anchored(window.from), radii);
     if before.approach_sign() != Ordering::Less || before.crossing_sign() != Ordering::Greater {
         return false;
     }
-    let after = after();
-    after.approach_sign() != Ordering::Less || after.gap_sign() == Ordering::Less
+    let on_lines = Pair::new(a.piece.on_line(window.to), b.piece.on_line(window.to), radii);
+    let after = Pair::new(a.piece.anchored(window.to), b.piece.anchored(window.to), radii);
+    on_lines.approach_sign() != Ordering::Less || after.gap_sign() == Ordering::Less
 }
 
 /// The smaller root of `|d + w t| = reach`, or zero where `|d|` is within reach; the lines are known to enter.

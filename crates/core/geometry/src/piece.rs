@@ -40,16 +40,23 @@ impl<S: Scalar> Piece<S> {
         }
     }
 
-    /// Returns the line that the piece follows, from where the position at `time` can be had without rounding.
+    /// Returns the place at a time without rounding: on the line, or in the goal at the end.
     pub(crate) fn anchored(&self, time: S) -> Anchor {
-        let (point, since) = match self.goal {
-            Some(goal) if time >= self.until => (goal, time),
-            Some(_) | None => (self.point, self.since),
-        };
+        match self.goal {
+            Some(goal) if time >= self.until => {
+                Anchor { point: goal.to_dvec2(), since: time.to_f64(), ..self.on_line(time) }
+            }
+            Some(_) | None => self.on_line(time),
+        }
+    }
+
+    /// Returns the place on the line at a time without rounding, which at the end may lie beside the goal by the
+    /// rounding of the velocity.
+    pub(crate) fn on_line(&self, time: S) -> Anchor {
         Anchor {
-            point: point.to_dvec2(),
+            point: self.point.to_dvec2(),
             velocity: self.velocity.to_dvec2(),
-            since: since.to_f64(),
+            since: self.since.to_f64(),
             time: time.to_f64(),
         }
     }

@@ -1,0 +1,246 @@
+//! The exact decisions of the geometry agree with rational arithmetic, where doubles cannot tell any more.
+
+use dashu_ratio::RBig;
+use glam::DVec2;
+use maniple_geometry::contact::{Mover, Window, circle_contact, is_advancing, segment_contact};
+use maniple_geometry::predicate::{circle_overlaps_segment, circles_overlap};
+use maniple_geometry::{Piece, Scalar, Segment};
+
+use crate::kinematics::Random;
+
+/// Questions of each class in the ordinary run; `MANIPLE_LONG=1` asks a hundred times as many.
+const QUESTIONS: u64 = 20_000;
+
+/// A point or vector without rounding.
+#[derive(Clone)]
+struct Exact(RBig, RBig);
+
+impl Exact {
+    fn of(vector: DVec2) -> Self {
+        Self(number(vector.x), number(vector.y))
+    }
+
+    fn minus(&self, other: &Self) -> Self {
+        Self(&self.0 - &other.0, &self.1 - &other.1)
+    }
+
+    fn plus(&self, other: &Self, factor: &RBig) -> Self {
+        Self(&self.0 + &other.0 * factor, &self.1 + &other.1 * factor)
+    }
+
+    fn dot(&self, other: &Self) -> RBig {
+        &self.0 * &other.0 + &self.1 * &other.1
+    }
+
+    fn cross(&self, other: &Self) -> RBig {
+        &self.0 * &other.1 - &self.1 * &other.0
+    }
+}
+
+fn number(value: f64) -> RBig {
+    RBig::try_from(value).expect("the number is finite")
+}
+
+/// Where a piece is at a time, without rounding.
+fn place(piece: &Piece, time: f64) -> Exact {
+    match piece.goal {
+        Some(goal) if time >= piece.until => Exact::of(goal),
+        _ => Exact::of(piece.point)
+            .plus(&Exact::of(piece.velocity), &(number(time) - number(piece.since))),
+    }
+}
+
+/// The square of the distance from a point to the straight way between two points.
+fn square_distance(point: &Exact, from: &Exact, to: &Exact) -> RBig {
+    let (way, offset) = (to.minus(from), point.minus(from));
+    let (along, square) = (way.dot(&offset), way.dot(&way));
+    let part = if along <= RBig::ZERO || square == RBig::ZERO {
+        RBig::ZERO
+    } else if along >= square {
+        RBig::ONE
+    } else {
+        along / square
+    };
+    let gap = offset.minus(&Exact(&way.0 * &part, &way.1 * &part));
+    gap.dot(&gap)
+}
+
+/// Whether two straight ways have a point in common that is an end of neither.
+fn cross(a: &Exact, b: &Exact, c: &Exact, d: &Exact) -> bool {
+    let side = |from: &Exact, to: &Exact, point: &Exact| to.minus(from).cross(&point.minus(from));
+    let opposite = |one: RBig, other: RBig| one * other < RBig::ZERO;
+    opposite(side(a, b, c), side(a, b, d)) && opposite(side(c, d, a), side(c, d, b))
+}
+
+fn questions(class: &str) -> impl Iterator<Item = Random> {
+    let seed = 77;
+    let count = if std::env::var_os("MANIPLE_LONG").is_some() { 100 * QUESTIONS } else { QUESTIONS };
+    println!("class {class}: seed {seed}, {count} questions");
+    (0..count).map(move |number| Random(seed + number))
+}
+
+/// A number that is up to 8 units in the last place away.
+fn nudged(random: &mut Random, mut value: f64) -> f64 {
+    for _ in 0..random.below(9) {
+        value = value.next_up();
+    }
+    for _ in 0..random.below(9) {
+        value = value.next_down();
+    }
+    value.flushed()
+}
+
+fn point(random: &mut Random, size: f64) -> DVec2 {
+    DVec2::new(random.between(-size, size), random.between(-size, size))
+}
+
+/// The magnitude of coordinates: small, ordinary, or far out.
+fn size(random: &mut Random) -> f64 {
+    [1e-3, 1.0, 100.0, 1e6, 1e9][random.below(5) as usize]
+}
+
+#[test]
+fn circles_overlap_exactly_when_they_do() {
+    let mut answers = [0, 0];
+    for mut random in questions("circles that touch up to 8 ulp") {
+        let size = size(&mut random);
+        let p = point(&mut random, size);
+        let (r, s) = (random.between(0.1, 2.0), random.between(0.1, 2.0));
+        // Pythagorean directions, so that touching exactly is possible.
+        let way = [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8), (-0.28, 0.96)][random.below(4) as usize];
+        let q = p + DVec2::from(way) * (r + s);
+        let q = DVec2::new(nudged(&mut random, q.x), nudged(&mut random, q.y));
+        let d = Exact::of(q).minus(&Exact::of(p));
+        let reach = number(r) + number(s);
+        let expected = d.dot(&d) < &reach * &reach;
+        assert_eq!(circles_overlap::<f64>(p, r, q, s), expected, "{p} {r} {q} {s}");
+        answers[usize::from(expected)] += 1;
+    }
+    assert!(answers.iter().all(|&count| count > QUESTIONS / 10), "{answers:?}");
+}
+
+#[test]
+fn a_circle_overlaps_a_segment_exactly_when_it_does() {
+    let mut answers = [0, 0];
+    for mut random in questions("circles that touch a segment up to 8 ulp") {
+        let size = size(&mut random);
+        let (a, b) = (point(&mut random, size), point(&mut random, size));
+        let r = random.between(0.01, 1.0) * size;
+        let e = b - a;
+        let foot = a + e * random.between(-0.2, 1.2);
+        let p = foot + DVec2::new(-e.y, e.x) * (r / e.dot(e).sqrt());
+        let p = DVec2::new(nudged(&mut random, p.x), nudged(&mut random, p.y));
+        let distance = square_distance(&Exact::of(p), &Exact::of(a), &Exact::of(b));
+        let expected = distance < number(r) * number(r);
+        assert_eq!(circle_overlaps_segment(p, r, &Segment::new(a, b)), expected, "{p} {r} {a} {b}");
+        answers[usize::from(expected)] += 1;
+    }
+    assert!(answers.iter().all(|&count| count > QUESTIONS / 10), "{answers:?}");
+}
+
+/// Two pieces of which the second passes the first at about `reach`, aimed at the last bits.
+fn grazing(random: &mut Random, reach: f64) -> (Piece, Piece, (f64, f64)) {
+    let size = size(random).min(1e6);
+    let times = [(0.0, 1.0), (0.0, 0.5), (0.25, 1.0)][random.below(3) as usize];
+    let since = |random: &mut Random| if random.chance(0.5) { 0.0 } else { times.0 * random.unit() };
+    let w = point(random, 4.0);
+    let normal = DVec2::new(-w.y, w.x) / w.dot(w).sqrt();
+    let when = if random.chance(0.3) { times.1 } else { random.between(times.0, times.1) };
+    let a = point(random, size);
+    let v = if random.chance(0.5) { DVec2::ZERO } else { point(random, 3.0) };
+    let first = Piece { point: a, velocity: v, since: since(random), until: 1.0, goal: None };
+    let begin = since(random);
+    let nearest = a + v * (when - first.since) + normal * reach;
+    let velocity = w + v;
+    let start = nearest - velocity * (when - begin);
+    let start = DVec2::new(nudged(random, start.x), nudged(random, start.y));
+    let end = start + velocity * (times.1 - begin);
+    let ends_in_goal = random.chance(0.3);
+    let goal = ends_in_goal.then(|| DVec2::new(nudged(random, end.x), nudged(random, end.y)));
+    let until = if ends_in_goal { times.1 } else { 1.0 };
+    (first, Piece { point: start, velocity, since: begin, until, goal }, times)
+}
+
+#[test]
+fn circles_collide_exactly_when_they_come_nearer_than_touching() {
+    let mut answers = [0, 0];
+    for mut random in questions("circles that graze up to 8 ulp") {
+        let (r, s) = (random.between(0.1, 2.0), random.between(0.1, 2.0));
+        let (a, b, (from, to)) = grazing(&mut random, r + s);
+        let reach = number(r) + number(s);
+        let reach = &reach * &reach;
+        let d = place(&b, from).minus(&place(&a, from));
+        if d.dot(&d) < reach {
+            continue;
+        }
+        let w = Exact::of(b.velocity).minus(&Exact::of(a.velocity));
+        let along = d.dot(&w);
+        let nearest = -&along / w.dot(&w);
+        let after = place(&b, to).minus(&place(&a, to));
+        let passes = nearest > RBig::ZERO && nearest < number(to) - number(from);
+        let least = if passes { d.dot(&d) + &along * nearest } else { after.dot(&after) };
+        // A goal that was rounded away from its line only counts where the line approaches.
+        let expected = (least < reach || after.dot(&after) < reach) && along < RBig::ZERO
+            && w.dot(&w) * &reach > d.cross(&w) * d.cross(&w);
+        let window = Window { from, to, skin: 1e-7 };
+        let found = circle_contact(Mover { piece: &a, radius: r }, Mover { piece: &b, radius: s }, window);
+        let swapped = circle_contact(Mover { piece: &b, radius: s }, Mover { piece: &a, radius: r }, window);
+        assert_eq!(found.map(f64::to_bits), swapped.map(f64::to_bits), "swapped: {a:?} {b:?}");
+        assert_eq!(found.is_some(), expected, "{a:?} {r} {b:?} {s} {from}..{to}");
+        assert!(found.is_none_or(|time| from <= time && time <= to), "{found:?}");
+        answers[usize::from(expected)] += 1;
+    }
+    assert!(answers.iter().all(|&count| count > QUESTIONS / 10), "{answers:?}");
+}
+
+#[test]
+fn a_circle_collides_with_a_segment_exactly_when_it_comes_nearer_than_touching() {
+    let mut answers = [0, 0];
+    for mut random in questions("circles that graze a segment up to 8 ulp") {
+        let r = random.between(0.1, 2.0);
+        let (still, piece, (from, to)) = grazing(&mut random, r);
+        let piece = Piece { goal: None, ..piece };
+        if !piece.is_moving() || piece.since > from {
+            continue;
+        }
+        // The wall ends where the way grazes, or runs along it.
+        let end = still.position(from);
+        let way = if random.chance(0.3) { piece.velocity } else { point(&mut random, 3.0) };
+        let other = end + way * random.between(0.1, 2.0);
+        let segment = Segment::new(end, other);
+        let (before, after) = (place(&piece, from), place(&piece, to));
+        let (a, b) = (Exact::of(end), Exact::of(other));
+        let reach = number(r) * number(r);
+        if square_distance(&before, &a, &b) < reach {
+            continue;
+        }
+        let expected = cross(&before, &after, &a, &b)
+            || square_distance(&after, &a, &b) < reach
+            || square_distance(&a, &before, &after) < reach
+            || square_distance(&b, &before, &after) < reach;
+        let window = Window { from, to, skin: 1e-7 };
+        let found = segment_contact(Mover { piece: &piece, radius: r }, &segment, window);
+        assert_eq!(found.is_some(), expected, "{piece:?} {r} {segment:?} {from}..{to}");
+        answers[usize::from(expected)] += 1;
+    }
+    assert!(answers.iter().all(|&count| count > QUESTIONS / 20), "{answers:?}");
+}
+
+#[test]
+fn who_advances_is_decided_exactly() {
+    let mut answers = [0, 0];
+    for mut random in questions("velocities at right angles up to 8 ulp") {
+        let size = size(&mut random);
+        let (p, q) = (point(&mut random, size), point(&mut random, size));
+        let d = q - p;
+        let v = DVec2::new(nudged(&mut random, -d.y), nudged(&mut random, d.x));
+        let time = if random.chance(0.5) { 0.0 } else { random.unit() };
+        let first = Piece { point: p, velocity: v, since: 0.0, until: 1.0, goal: None };
+        let second = Piece::at_rest(q, 0.0, 1.0);
+        let offset = place(&second, time).minus(&place(&first, time));
+        let expected = Exact::of(v).dot(&offset) > RBig::ZERO;
+        assert_eq!(is_advancing(&first, &second, time), expected, "{first:?} {second:?} {time}");
+        answers[usize::from(expected)] += 1;
+    }
+    assert!(answers.iter().all(|&count| count > QUESTIONS / 10), "{answers:?}");
+}
