@@ -45,8 +45,7 @@ fn number(value: f64) -> RBig {
 fn place(piece: &Piece, time: f64) -> Exact {
     match piece.goal {
         Some(goal) if time >= piece.until => Exact::of(goal),
-        _ => Exact::of(piece.point)
-            .plus(&Exact::of(piece.velocity), &(number(time) - number(piece.since))),
+        _ => Exact::of(piece.point).plus(&Exact::of(piece.velocity), &(number(time) - number(piece.since))),
     }
 }
 
@@ -180,7 +179,8 @@ fn circles_collide_exactly_when_they_come_nearer_than_touching() {
         let passes = nearest > RBig::ZERO && nearest < number(to) - number(from);
         let least = if passes { d.dot(&d) + &along * nearest } else { after.dot(&after) };
         // A goal that was rounded away from its line only counts where the line approaches.
-        let expected = (least < reach || after.dot(&after) < reach) && along < RBig::ZERO
+        let expected = (least < reach || after.dot(&after) < reach)
+            && along < RBig::ZERO
             && w.dot(&w) * &reach > d.cross(&w) * d.cross(&w);
         let window = Window { from, to, skin: 1e-7 };
         let found = circle_contact(Mover { piece: &a, radius: r }, Mover { piece: &b, radius: s }, window);

@@ -1,1 +1,15 @@
-//! Placeholder while the skeleton is laid.
+//! Bots: view in, commands out.
+//!
+//! A bot knows what a player knows: this crate depends on `maniple-view` alone.
+
+mod bot;
+mod idle;
+mod keyed;
+mod random;
+mod straight;
+
+pub use bot::{Bot, NAMES, UnknownBot, make};
+pub use idle::Idle;
+pub use keyed::bot_seed;
+pub use random::Random;
+pub use straight::Straight;

@@ -45,6 +45,8 @@ pub struct ReplayHeader {
     pub map_override: Option<String>,
     /// The seed of the match.
     pub seed: u64,
+    /// Cycles that the match lasts at most; the scenario's length, unless another was asked for.
+    pub cycles_max: u32,
     /// The hash of the map.
     pub map_hash: Digest,
     /// How many seats the match has.

@@ -455,6 +455,7 @@ mod tests {
             scenario: "race.toml".to_owned(),
             map_override: None,
             seed: 1 << 40,
+            cycles_max: 900,
             map_hash: Digest(77),
             seats: 2,
         }

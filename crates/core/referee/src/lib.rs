@@ -1,1 +1,14 @@
-//! Placeholder while the skeleton is laid.
+//! One match without I/O: seats, clock contract, stalls, results, recording.
+//!
+//! The same [`Referee`] is driven by a server, by a loop, by a replay and by a test. Whoever drives it hands in what
+//! came (`handle_*`), asks [`Referee::is_ready`] or keeps to a rate, calls [`Referee::step`] for each cycle, and
+//! takes out what goes to the seats and into the replay (`take_*`).
+
+mod bank;
+mod record;
+mod referee;
+mod seat;
+
+pub use record::{RecordedEvent, ReplayError};
+pub use referee::Referee;
+pub use seat::{FloodError, JoinError, NAME_BYTES_MAX, QUEUED_MAX};

@@ -1,7 +1,146 @@
-//! Being written.
+//! `maniple serve`: matches that clients join over TCP.
 
+use std::fmt::Write as _;
+
+use anyhow::Context;
+use maniple_referee::Referee;
+use maniple_server::{Access, Match, Outcome, Server};
+use maniple_view::{ClockMode, Digest, MatchResult, Seat};
+use serde::Serialize;
+
+use crate::arguments::{Clock, Serve};
+use crate::commands::play::loaded;
 use crate::failure::Failure;
+use crate::files;
+use crate::output::{Format, print};
 
-pub(crate) fn run(_arguments: &crate::arguments::Serve) -> Result<(), Failure> {
-    Err(Failure::usage(String::new()))
+/// What clients have to know to join a match.
+#[derive(Debug, Serialize)]
+struct Opened {
+    address: String,
+    #[serde(rename = "match")]
+    id: Digest,
+    scenario: String,
+    seed: u64,
+    clock: ClockMode,
+    seats: Vec<OpenSeat>,
+}
+
+#[derive(Debug, Serialize)]
+struct OpenSeat {
+    seat: Seat,
+    /// 32 hex digits; null for a seat that anybody may take.
+    token: Option<String>,
+}
+
+impl Opened {
+    fn text(&self) -> String {
+        let clock = match self.clock {
+            ClockMode::Realtime => "realtime",
+            ClockMode::Lockstep => "lockstep",
+        };
+        let mut text = format!("listening {}\n", self.address);
+        let _ = writeln!(text, "match {}: {}, seed {}, {clock}", self.id, self.scenario, self.seed);
+        for OpenSeat { seat, token } in &self.seats {
+            let _ = writeln!(text, "seat {seat} token {}", token.as_deref().unwrap_or("-"));
+        }
+        text
+    }
+}
+
+/// How a match ended, as it is printed.
+#[derive(Debug, Serialize)]
+struct Ended {
+    #[serde(rename = "match")]
+    id: Digest,
+    result: MatchResult,
+}
+
+impl Ended {
+    fn text(&self) -> String {
+        format!("match {}: {}", self.id, summary(&self.result))
+    }
+}
+
+/// Runs `maniple serve`.
+pub(crate) fn run(arguments: &Serve) -> Result<(), Failure> {
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
+    runtime.map_err(Failure::failed)?.block_on(serve(arguments))
+}
+
+async fn serve(arguments: &Serve) -> Result<(), Failure> {
+    let server = Server::bind(arguments.listen)
+        .with_context(|| format!("cannot listen on {}", arguments.listen))
+        .map_err(Failure::Failed)?;
+    let mut seed = arguments.seed;
+    let mut access = None;
+    loop {
+        let (game, next_seed) = prepare(arguments, seed, access.take(), &server)?;
+        let id = game.id();
+        access = Some(game.access().to_vec());
+        // A signal that cannot be listened to must not end the match.
+        let interrupted = async {
+            if tokio::signal::ctrl_c().await.is_err() {
+                std::future::pending().await
+            }
+        };
+        let Outcome { result, replay } = server.run(game, interrupted).await.map_err(Failure::failed)?;
+        if let Some(path) = &arguments.replay {
+            files::write(path, &replay)?;
+        }
+        let result = result.ok_or(Failure::Interrupted)?;
+        print(Format::of(&arguments.json), &Ended { id, result }, Ended::text)?;
+        if arguments.once {
+            return Ok(());
+        }
+        seed = Some(next_seed);
+    }
+}
+
+/// Loads the next match and tells who may join it, with the tokens of the match before if there was one. Also returns
+/// the seed of the match after it.
+fn prepare(
+    arguments: &Serve,
+    seed: Option<u64>,
+    access: Option<Vec<Access>>,
+    server: &Server,
+) -> Result<(Match, u64), Failure> {
+    let clock = match arguments.clock {
+        Clock::Realtime => ClockMode::Realtime,
+        Clock::Lockstep => ClockMode::Lockstep,
+    };
+    let loaded = loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), seed)?;
+    let (scenario, seed) = (loaded.scenario.name.clone(), loaded.scenario.seed);
+    let referee = Referee::new(loaded, clock).map_err(Failure::bad_input)?;
+    let game = match access {
+        Some(access) => Match::new(referee, access),
+        None => Match::with_random_tokens(referee),
+    };
+    let game = game.map_err(Failure::failed)?;
+    let open_seat = |(seat, access): (u16, &Access)| OpenSeat {
+        seat: Seat(seat),
+        token: match access {
+            Access::Open => None,
+            Access::Token(token) => Some(token.to_string()),
+        },
+    };
+    let opened = Opened {
+        address: server.local_addr().map_err(Failure::failed)?.to_string(),
+        id: game.id(),
+        scenario,
+        seed,
+        clock,
+        seats: (0..).zip(game.access()).map(open_seat).collect(),
+    };
+    print(Format::of(&arguments.json), &opened, Opened::text)?;
+    Ok((game, seed.wrapping_add(1)))
+}
+
+/// Returns how a match ended, in a line.
+pub(crate) fn summary(result: &MatchResult) -> String {
+    let winner = match result.winner {
+        Some(seat) => format!("seat {seat} wins"),
+        None => "a draw".to_owned(),
+    };
+    format!("{winner} after {} cycles, state hash {}\n", result.cycles, result.hash)
 }

@@ -1,0 +1,61 @@
+//! What a bot is, and which there are.
+
+use maniple_view::{Command, Delta, Rules, Seat, Terrain, View};
+use thiserror::Error;
+
+use crate::idle::Idle;
+use crate::random::Random;
+use crate::straight::Straight;
+
+/// The names of all bots, sorted.
+pub const NAMES: [&str; 3] = [Idle::NAME, Random::NAME, Straight::NAME];
+
+/// A player that is a program.
+///
+/// Its commands depend on nothing but what it is given: no clock, no randomness but from its seed.
+pub trait Bot {
+    /// Returns the name by which [`make`] knows it.
+    fn name(&self) -> &'static str;
+
+    /// Takes what is known before the first cycle.
+    fn on_start(&mut self, seat: Seat, rules: &Rules, terrain: &Terrain);
+
+    /// Returns the commands for the cycle of `view`, which `delta` has just been applied to.
+    fn on_cycle(&mut self, view: &View, delta: &Delta) -> Vec<Command>;
+}
+
+/// A name that no bot has.
+#[derive(Clone, Debug, Error, PartialEq, Eq)]
+#[error("no bot is called {name:?}; there are {}", NAMES.join(", "))]
+pub struct UnknownBot {
+    /// The name.
+    pub name: String,
+}
+
+/// Returns the bot with this name; `seed` is where its randomness starts, see [`crate::bot_seed`].
+///
+/// # Errors
+/// A name that is not one of [`NAMES`].
+pub fn make(name: &str, seed: u64) -> Result<Box<dyn Bot + Send>, UnknownBot> {
+    match name {
+        Idle::NAME => Ok(Box::new(Idle)),
+        Random::NAME => Ok(Box::new(Random::new(seed))),
+        Straight::NAME => Ok(Box::new(Straight::new(seed))),
+        _ => Err(UnknownBot { name: name.to_owned() }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_makes_the_bot_of_that_name() {
+        assert!(NAMES.is_sorted());
+        for name in NAMES {
+            assert_eq!(make(name, 1).map(|bot| bot.name()), Ok(name));
+        }
+        let error = make("strait", 1).err().map(|error| error.to_string());
+        assert_eq!(error.as_deref(), Some("no bot is called \"strait\"; there are idle, random, straight"));
+    }
+}

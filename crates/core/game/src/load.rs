@@ -1,0 +1,254 @@
+//! Files in, start of a match out.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use maniple_geometry::Cycle;
+use maniple_tilemap::{MapError, Resolver, TileMap};
+use maniple_view::Terrain;
+use thiserror::Error;
+
+use crate::placement::{PlaceError, Setup};
+use crate::scenario::{Scenario, ScenarioError};
+
+/// Most files that a match is made of: the scenario, the map, and its tilesets.
+pub const FILES_MAX: usize = 64;
+
+/// The start of a match, and all that it was made of.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The scenario; its seed is the one that was asked for.
+    pub scenario: Arc<Scenario>,
+    /// The map.
+    pub map: Arc<TileMap>,
+    /// What clients are told of the map.
+    pub terrain: Arc<Terrain>,
+    /// Where everything stands.
+    pub setup: Setup,
+    /// Every file that was read, in the order of reading. [`load`] gives the same from these alone.
+    pub files: Files,
+}
+
+impl Loaded {
+    /// Lets the match last at most so many cycles instead of the scenario's length; at least one.
+    pub fn limit_cycles(&mut self, cycles_max: Cycle) {
+        assert!(cycles_max > Cycle(0), "a match lasts at least a cycle");
+        Arc::make_mut(&mut self.scenario).cycles_max = cycles_max;
+    }
+}
+
+/// A file as it was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LoadedFile {
+    /// The path by which it was asked for.
+    pub path: String,
+    /// Its content.
+    pub bytes: Vec<u8>,
+}
+
+/// Files that are in memory: those of a replay, or of a test.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Files(pub Vec<LoadedFile>);
+
+impl Resolver for Files {
+    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
+        let file = self.0.iter().find(|file| file.path == path);
+        file.map(|file| file.bytes.clone()).ok_or_else(|| "no such file is embedded".to_owned())
+    }
+}
+
+/// Why a match could not be loaded.
+#[derive(Debug, Error)]
+pub enum LoadError {
+    /// A file cannot be had.
+    #[error("{path}: {problem}")]
+    File {
+        /// The file.
+        path: String,
+        /// Why.
+        problem: String,
+    },
+    /// A scenario that is not UTF-8.
+    #[error("{path}: not UTF-8 after byte {valid}")]
+    NotText {
+        /// The file.
+        path: String,
+        /// Bytes before the first that is none.
+        valid: usize,
+    },
+    /// The scenario is wrong.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// The map is wrong.
+    #[error("{path}: {problem}")]
+    Map {
+        /// The file.
+        path: String,
+        /// What is wrong with it.
+        problem: MapError,
+    },
+    /// The units of the scenario do not fit on the map.
+    #[error("{scenario} on {map}: {problem}")]
+    Place {
+        /// The file of the scenario.
+        scenario: String,
+        /// The file of the map.
+        map: String,
+        /// What does not fit.
+        problem: PlaceError,
+    },
+}
+
+/// Returns the start of the match of a scenario.
+///
+/// `files` gives the bytes for a path, from disk or from a replay. `map_override` is the path of another map than
+/// the scenario's, as `files` knows it; `seed` another seed.
+///
+/// # Errors
+/// See [`LoadError`]; each names the file.
+pub fn load(
+    files: &dyn Resolver,
+    scenario_path: &str,
+    map_override: Option<&str>,
+    seed: Option<u64>,
+) -> Result<Loaded, LoadError> {
+    let recorder = Recorder { files, read: RefCell::default() };
+    let text = String::from_utf8(recorder.read(scenario_path)?).map_err(|error| LoadError::NotText {
+        path: scenario_path.to_owned(),
+        valid: error.utf8_error().valid_up_to(),
+    })?;
+    let mut scenario = Scenario::read(scenario_path, &text)?;
+    scenario.seed = seed.unwrap_or(scenario.seed);
+
+    let map_path = match map_override {
+        Some(path) => path.to_owned(),
+        None => joined(folder(scenario_path), &scenario.map),
+    };
+    let bytes = recorder.read(&map_path)?;
+    let beside = Beside { folder: folder(&map_path), files: &recorder };
+    let map = maniple_tilemap::read(&map_path, &bytes, &beside)
+        .map_err(|problem| LoadError::Map { path: map_path.clone(), problem })?;
+    let setup = Setup::new(&scenario, &map).map_err(|problem| LoadError::Place {
+        scenario: scenario_path.to_owned(),
+        map: map_path,
+        problem,
+    })?;
+    let terrain = Arc::new(Terrain::of(&map));
+    let files = Files(recorder.read.into_inner());
+    Ok(Loaded { scenario: Arc::new(scenario), map: Arc::new(map), terrain, setup, files })
+}
+
+/// Remembers every file that was read.
+struct Recorder<'a> {
+    files: &'a dyn Resolver,
+    read: RefCell<Vec<LoadedFile>>,
+}
+
+impl Recorder<'_> {
+    fn read(&self, path: &str) -> Result<Vec<u8>, LoadError> {
+        self.resolve(path).map_err(|problem| LoadError::File { path: path.to_owned(), problem })
+    }
+}
+
+impl Resolver for Recorder<'_> {
+    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
+        let bytes = self.files.resolve(path)?;
+        let mut read = self.read.borrow_mut();
+        if read.iter().all(|file| file.path != path) {
+            if read.len() == FILES_MAX {
+                return Err(format!("a match is made of more than {FILES_MAX} files"));
+            }
+            read.push(LoadedFile { path: path.to_owned(), bytes: bytes.clone() });
+        }
+        Ok(bytes)
+    }
+}
+
+/// Resolves paths that are relative to a folder.
+struct Beside<'a> {
+    folder: &'a str,
+    files: &'a dyn Resolver,
+}
+
+impl Resolver for Beside<'_> {
+    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
+        self.files.resolve(&joined(self.folder, path))
+    }
+}
+
+/// Returns the part of a path up to its last `/`; empty where it has none.
+fn folder(path: &str) -> &str {
+    path.rfind('/').map_or("", |slash| &path[..=slash])
+}
+
+/// Returns `path` as seen from `folder`, with `.` and `..` removed where that is possible. An absolute path stays.
+fn joined(folder: &str, path: &str) -> String {
+    if path.starts_with('/') {
+        return path.to_owned();
+    }
+    let root = if folder.starts_with('/') { "/" } else { "" };
+    let mut parts: Vec<&str> = Vec::new();
+    for part in folder.split('/').chain(path.split('/')) {
+        match part {
+            "" | "." => {}
+            ".." if parts.last().is_some_and(|&last| last != "..") => {
+                parts.pop();
+            }
+            ".." if !root.is_empty() => {}
+            part => parts.push(part),
+        }
+    }
+    format!("{root}{}", parts.join("/"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_joined_as_a_shell_would() {
+        let check = |from: &str, path: &str, expected: &str| {
+            assert_eq!(joined(folder(from), path), expected, "{from} {path}");
+        };
+        check("config/scenarios/duel.toml", "../../maps/choke.tmx", "maps/choke.tmx");
+        check("duel.toml", "choke.tmx", "choke.tmx");
+        check("duel.toml", "../maps/choke.tmx", "../maps/choke.tmx");
+        check("../a/duel.toml", "../../choke.tmx", "../../choke.tmx");
+        check("/a/b/duel.toml", "./c/../choke.tmx", "/a/b/choke.tmx");
+        check("/a/duel.toml", "../../choke.tmx", "/choke.tmx");
+        check("a/duel.toml", "/maps/choke.tmx", "/maps/choke.tmx");
+    }
+
+    #[test]
+    fn the_files_that_were_read_are_enough_to_load_it_again() {
+        let files = crate::world::tests::files(
+            "",
+            "....\n....\n....\n....\n",
+            "groups = [{ unit = 'a', count = 1 }]",
+        );
+        let first = load(&files, "s/tiny.toml", None, Some(9)).unwrap();
+        let paths: Vec<&str> = first.files.0.iter().map(|file| file.path.as_str()).collect();
+        assert_eq!(paths, ["s/tiny.toml", "m/tiny.map"]);
+        let second = load(&first.files, "s/tiny.toml", None, Some(9)).unwrap();
+        assert_eq!(first.setup, second.setup);
+        assert_eq!(first.scenario, second.scenario);
+        assert_eq!(first.scenario.seed, 9);
+    }
+
+    #[test]
+    fn every_error_names_its_file() {
+        let files = crate::world::tests::files(
+            "",
+            "....\n....\n....\n....\n",
+            "groups = [{ unit = 'a', count = 1 }]",
+        );
+        let check = |path: &str, map: Option<&str>, expected: &str| {
+            let error = load(&files, path, map, None).unwrap_err().to_string();
+            assert!(error.starts_with(expected), "{error}");
+        };
+        check("none.toml", None, "none.toml: no such file");
+        check("s/tiny.toml", Some("none.map"), "none.map: no such file");
+        check("m/tiny.map", None, "m/tiny.map:1:");
+        check("s/tiny.toml", Some("s/tiny.toml"), "s/tiny.toml: ");
+    }
+}

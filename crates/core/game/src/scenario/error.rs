@@ -1,0 +1,81 @@
+//! What can be wrong with a scenario.
+
+use maniple_geometry::NumberError;
+use thiserror::Error;
+
+/// Why a scenario was refused, and where.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{file}:{line}:{column}: {problem}")]
+pub struct ScenarioError {
+    /// The name of the file.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
+    /// The column in characters, from 1.
+    pub column: usize,
+    /// What is wrong there.
+    pub problem: Problem,
+}
+
+/// What is wrong with a scenario.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Problem {
+    /// Not TOML, an unknown or missing key, or a value of another type.
+    #[error("{message}{}", hint(.nearest.as_deref()))]
+    Shape {
+        /// What the parser says.
+        message: String,
+        /// The known name that is most like the unknown one.
+        nearest: Option<String>,
+    },
+    /// A number that no world accepts.
+    #[error("{field} {problem}")]
+    BadNumber {
+        /// The key.
+        field: &'static str,
+        /// What is wrong with it.
+        problem: NumberError,
+    },
+    /// A number below or above its range.
+    #[error("{field} is {value}; it must be from {min} to {max}")]
+    OutOfRange {
+        /// The key, or what is counted.
+        field: &'static str,
+        /// The number.
+        value: f64,
+        /// The smallest allowed.
+        min: f64,
+        /// The largest allowed.
+        max: f64,
+    },
+    /// A group of a unit type that the scenario does not have.
+    #[error("no unit type is called {name:?}{}", hint(.nearest.as_deref()))]
+    UnknownUnit {
+        /// The name in the group.
+        name: String,
+        /// The name of a unit type that is most like it.
+        nearest: Option<String>,
+    },
+    /// A name that is empty, too long, or has characters that do not print.
+    #[error("{field} must have 1 to {max} bytes that print; found {name:?}")]
+    BadName {
+        /// The key.
+        field: &'static str,
+        /// The name.
+        name: String,
+        /// The largest number of bytes.
+        max: usize,
+    },
+    /// More text than any scenario needs.
+    #[error("the text has {found} bytes; at most {max} are allowed")]
+    TooLong {
+        /// How many it has.
+        found: usize,
+        /// How many it may have.
+        max: usize,
+    },
+}
+
+fn hint(nearest: Option<&str>) -> String {
+    nearest.map(|name| format!("; did you mean `{name}`?")).unwrap_or_default()
+}

@@ -1,0 +1,554 @@
+//! Matches over real sockets: the same as in one process, whoever disturbs them.
+
+#![allow(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
+
+use std::future::pending;
+use std::sync::Arc;
+
+use maniple_bots::{Bot, bot_seed, make};
+use maniple_client::{Client, ClientError, Event, Login};
+use maniple_game::{Files, Loaded, LoadedFile, load};
+use maniple_protocol::{
+    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, HELLO_MAX, Hello, PROTOCOL, Refused, ServerMessage,
+    encode_client, encode_commands, read_partial, read_replay,
+};
+use maniple_referee::{QUEUED_MAX, Referee};
+use maniple_server::{Access, Match, Outcome, RunError, Server};
+use maniple_view::{ClockMode, Command, Handle, MatchResult, Seat, Sequenced, View};
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
+use tokio::net::{TcpSocket, TcpStream};
+use tokio::sync::oneshot;
+use tokio::task::JoinHandle;
+
+const NAMES: [&str; 2] = ["Ada", "Bob"];
+
+/// Seats wait for each other as long as it takes: a slow machine shall not change a result.
+const LOCKSTEP: &str = "rate = 8\nlength_seconds = 30\nclock = { time_bank_seconds = 3600 }";
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_match_over_sockets_is_the_match_in_one_process() {
+    let bots = ["straight", "random"];
+    let (expected, views) = headless(&loaded(LOCKSTEP), bots);
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let a = tokio::spawn(play(arena.client(0).await, bot(bots[0], 0)));
+    let b = tokio::spawn(play(arena.client(1).await, bot(bots[1], 1)));
+    for (player, view) in [a, b].into_iter().zip(&views) {
+        let (result, mirrored) = player.await.unwrap();
+        assert_eq!(result, expected);
+        assert_eq!(&mirrored, view);
+    }
+    let outcome = arena.outcome().await;
+    assert_eq!(outcome.result.as_ref(), Some(&expected));
+    check_replay(&outcome, &expected);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn json_lines_play_the_same_match() {
+    let bots = ["straight", "random"];
+    let (expected, views) = headless(&loaded(LOCKSTEP), bots);
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let a = tokio::spawn(play_json(arena.raw().await, arena.tokens[0].clone(), bot(bots[0], 0)));
+    let b = tokio::spawn(play(arena.client(1).await, bot(bots[1], 1)));
+    for (player, view) in [a, b].into_iter().zip(&views) {
+        assert_eq!(player.await.unwrap(), (expected.clone(), view.clone()));
+    }
+    assert_eq!(arena.outcome().await.result, Some(expected));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_drops_out_comes_back_to_the_same_match() {
+    let bots = ["random", "straight"];
+    let (expected, views) = headless(&loaded(LOCKSTEP), bots);
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let b = tokio::spawn(play(arena.client(1).await, bot(bots[1], 1)));
+    let mut bot = bot(bots[0], 0);
+    for last in [3, 17, 18, 40] {
+        let mut client = arena.client(0).await;
+        start(&mut *bot, &client);
+        play_until(&mut client, &mut *bot, last).await;
+        drop(client);
+    }
+    assert_eq!(play(arena.client(0).await, bot).await, (expected.clone(), views[0].clone()));
+    assert_eq!(b.await.unwrap(), (expected.clone(), views[1].clone()));
+    check_replay(&arena.outcome().await, &expected);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_same_token_takes_a_seat_over() {
+    let bots = ["random", "straight"];
+    let (expected, _) = headless(&loaded(LOCKSTEP), bots);
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let b = tokio::spawn(play(arena.client(1).await, bot(bots[1], 1)));
+    let mut first = arena.client(0).await;
+    let mut bot = bot(bots[0], 0);
+    start(&mut *bot, &first);
+    play_until(&mut first, &mut *bot, 9).await;
+    let second = arena.client(0).await;
+    assert_eq!(second.welcome().cycle.0, 9);
+    assert!(matches!(first.next().await, Err(ClientError::Refused(Refused::Replaced))));
+    assert_eq!(play(second, bot).await.0, expected);
+    b.await.unwrap();
+    arena.outcome().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_breaks_the_protocol_is_told_and_nobody_else_notices() {
+    let bots = ["straight", "straight"];
+    let (expected, views) = headless(&loaded(LOCKSTEP), bots);
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let mut silent = arena.raw().await;
+    let mut b = arena.client(1).await;
+    assert!(matches!(b.next().await.unwrap(), Event::Cycle(_)));
+
+    let unknown = hello("0123456789abcdef0123456789abcdef");
+    let long_line = format!("{{{}\n", " ".repeat(HELLO_MAX));
+    let limit = |limit: usize| Refused::TooLarge { limit: limit.try_into().unwrap() };
+    check_refused(&arena, &unknown, &Refused::Token).await;
+    check_refused(&arena, &hello(""), &Refused::Token).await;
+    check_refused(&arena, "{\"ping\":{\"id\":1}}\n", &Refused::Handshake).await;
+    check_refused(&arena, &long_line, &limit(HELLO_MAX)).await;
+    check_malformed(&arena, "GET / HTTP/1.1\r\n\r\n", "the first bytes").await;
+    check_malformed(&arena, "{\"hello\":{}}\n", "message 1, column 11").await;
+    check_half_a_hello(&arena).await;
+
+    check_refused_in_seat(&arena, hello(&arena.tokens[0]).as_bytes(), &Refused::Handshake).await;
+    let long_line = format!("{}\n", "x".repeat(FRAME_FROM_CLIENT_MAX + 1));
+    check_refused_in_seat(&arena, long_line.as_bytes(), &limit(FRAME_FROM_CLIENT_MAX)).await;
+    let unknown_message = Refused::Malformed {
+        place: "message 2, column 7".to_owned(),
+        problem: "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`".to_owned(),
+    };
+    check_refused_in_seat(&arena, b"{\"cheat\":1}\n", &unknown_message).await;
+    check_flood(&arena).await;
+    check_half_a_message(&arena).await;
+
+    let timeout = Refused::Timeout { seconds: 5 };
+    assert_eq!(rest(&mut silent).await, [ServerMessage::Refused { reason: timeout }]);
+
+    let a = tokio::spawn(play(arena.client(0).await, bot(bots[0], 0)));
+    let mut bot = bot(bots[1], 1);
+    start(&mut *bot, &b);
+    // The keyframe was taken in before the others came.
+    let commands = bot.on_cycle(b.view(), &maniple_view::Delta::default());
+    b.send(commands).await.unwrap();
+    b.done().await.unwrap();
+    assert_eq!(b.play(|view, delta| bot.on_cycle(view, delta)).await.unwrap(), expected);
+    assert_eq!(b.view(), &views[1]);
+    assert_eq!(a.await.unwrap().0, expected);
+    check_replay(&arena.outcome().await, &expected);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_hello_may_come_byte_by_byte_in_both_encodings() {
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let mut json = arena.raw().await;
+    for byte in hello(&arena.tokens[0]).as_bytes() {
+        json.write_all(&[*byte]).await.unwrap();
+        tokio::task::yield_now().await;
+    }
+    assert!(matches!(next_line(&mut json).await, Some(ServerMessage::Welcome(_))));
+    assert!(matches!(next_line(&mut json).await, Some(ServerMessage::Delta(_))));
+
+    let mut binary = arena.raw().await;
+    let message = ClientMessage::Hello(greeting(&arena.tokens[1]));
+    let frame = encode_client(Encoding::Binary, &message).unwrap();
+    for byte in b"MNPL".iter().chain(&frame) {
+        binary.write_all(&[*byte]).await.unwrap();
+        tokio::task::yield_now().await;
+    }
+    let mut start = [0; 5];
+    binary.read_exact(&mut start).await.unwrap();
+    assert_eq!(start[4], 0, "the tag of a welcome");
+    drop(binary);
+    assert_eq!(arena.shut_down().await.result, None);
+    let shutdown = ServerMessage::Refused { reason: Refused::Shutdown };
+    assert_eq!(rest(&mut json).await, [shutdown]);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn who_does_not_read_is_cut_off_and_may_come_back() {
+    const PINGS: u32 = 20_000;
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.set_recv_buffer_size(4096).unwrap();
+    let mut deaf = BufReader::new(socket.connect(arena.address.parse().unwrap()).await.unwrap());
+    deaf.write_all(hello(&arena.tokens[0]).as_bytes()).await.unwrap();
+    for id in 0..PINGS {
+        let ping = format!("{{\"ping\":{{\"id\":{id}}}}}\n");
+        deaf.write_all(ping.as_bytes()).await.unwrap();
+    }
+    let b = tokio::spawn(play(arena.client(1).await, bot("straight", 1)));
+    let a = tokio::spawn(play(arena.client(0).await, bot("straight", 0)));
+    let (expected, _) = headless(&loaded(LOCKSTEP), ["straight", "straight"]);
+    for player in [a, b] {
+        assert_eq!(player.await.unwrap().0, expected);
+    }
+    let mut told = 0;
+    let mut line = String::new();
+    // What was queued may be cut within a line, when the time for it is over.
+    while matches!(deaf.read_line(&mut line).await, Ok(1..)) {
+        told += u32::from(line.contains("pong"));
+        line.clear();
+    }
+    assert!(told < PINGS, "{told} of {PINGS} answers came, so it was not too slow");
+    arena.outcome().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn real_time_runs_on_without_a_client_that_says_nothing() {
+    let scenario = loaded("rate = 200\nlength_seconds = 0.2");
+    let arena = Arena::open(&scenario, ClockMode::Realtime);
+    let mut idle = arena.client(0).await;
+    let b = tokio::spawn(play(arena.client(1).await, bot("straight", 1)));
+    let mut cycles = Vec::new();
+    let result = loop {
+        match idle.next().await.unwrap() {
+            Event::Cycle(delta) => cycles.push(delta.cycle.0),
+            Event::Pong { .. } => {}
+            Event::Ended(result) => break result,
+        }
+    };
+    assert_eq!(cycles, (0..=40).collect::<Vec<u32>>());
+    assert_eq!(result.cycles.0, 40);
+    assert_eq!(b.await.unwrap().0, result);
+    check_replay(&arena.outcome().await, &result);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_ping_is_answered_with_the_running_cycle() {
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let mut client = arena.client(0).await;
+    assert!(matches!(client.next().await.unwrap(), Event::Cycle(_)));
+    client.ping(7).await.unwrap();
+    assert_eq!(client.next().await.unwrap(), Event::Pong { id: 7, running: (0, 0.0) });
+    arena.shut_down().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn results_carry_the_numbers_of_their_commands_however_many_there_are() {
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let (mut a, mut b) = (arena.client(0).await, arena.client(1).await);
+    for client in [&mut a, &mut b] {
+        assert!(matches!(client.next().await.unwrap(), Event::Cycle(_)));
+    }
+    let stops = vec![Command::Stop { object: Handle(9999) }; 10_000];
+    assert_eq!(a.send(stops).await.unwrap(), 0);
+    assert_eq!(a.send(vec![Command::Resign]).await.unwrap(), 10_000);
+    a.done().await.unwrap();
+    b.done().await.unwrap();
+    let Event::Cycle(delta) = a.next().await.unwrap() else { panic!("a cycle has passed") };
+    let numbers: Vec<u32> = delta.results.iter().map(|result| result.seq).collect();
+    assert_eq!(numbers, (0..=10_000).collect::<Vec<u32>>());
+    let Event::Ended(result) = a.next().await.unwrap() else { panic!("who resigns ends the match") };
+    assert_eq!(result.winner, Some(Seat(1)));
+    drop((a, b));
+    arena.outcome().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn open_seats_take_whoever_comes_and_one_match_follows_the_other() {
+    let server = Arc::new(Server::bind("127.0.0.1:0".parse().unwrap()).unwrap());
+    let address = server.local_addr().unwrap().to_string();
+    let (expected, _) = headless(&loaded(LOCKSTEP), ["straight", "straight"]);
+    for _ in 0..2 {
+        let referee = Referee::new(loaded(LOCKSTEP), ClockMode::Lockstep).unwrap();
+        let game = Match::new(referee, vec![Access::Open; 2]).unwrap();
+        let running = tokio::spawn({
+            let server = Arc::clone(&server);
+            async move { server.run(game, pending()).await }
+        });
+        let mut players = Vec::new();
+        for seat in 0..2 {
+            let client = Client::connect(&address, login(seat, "")).await.unwrap();
+            assert_eq!(client.seat().index(), seat);
+            players.push(client);
+        }
+        let full = Client::connect(&address, login(0, "")).await.err();
+        assert!(matches!(full, Some(ClientError::Refused(Refused::Full))));
+        let players: Vec<_> = (0..)
+            .zip(players)
+            .map(|(seat, client)| tokio::spawn(play(client, bot("straight", seat))))
+            .collect();
+        for player in players {
+            assert_eq!(player.await.unwrap().0, expected);
+        }
+        assert_eq!(running.await.unwrap().unwrap().result.as_ref(), Some(&expected));
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_match_that_is_broken_off_leaves_a_replay_up_to_there() {
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let b = tokio::spawn(play_to_the_last(arena.client(1).await, bot("straight", 1)));
+    let mut client = arena.client(0).await;
+    let mut bot = bot("straight", 0);
+    start(&mut *bot, &client);
+    play_until(&mut client, &mut *bot, 12).await;
+    let outcome = arena.shut_down().await;
+    assert_eq!(outcome.result, None);
+    assert!(matches!(client.next().await, Err(ClientError::Refused(Refused::Shutdown))));
+    assert!(matches!(b.await.unwrap(), Err(ClientError::Refused(Refused::Shutdown))));
+    let partial = read_partial(&outcome.replay).unwrap();
+    assert_eq!(partial.whole_bytes, outcome.replay.len());
+    let mut referee = Referee::new(loaded(LOCKSTEP), ClockMode::Lockstep).unwrap();
+    for event in maniple_server::events(&partial.replay) {
+        referee.handle_record(&event).unwrap();
+    }
+    assert_eq!(referee.cycle().0, 12);
+}
+
+/// A server with one match.
+struct Arena {
+    address: String,
+    tokens: Vec<String>,
+    shutdown: oneshot::Sender<()>,
+    running: JoinHandle<Result<Outcome, RunError>>,
+}
+
+impl Arena {
+    fn open(loaded: &Loaded, mode: ClockMode) -> Self {
+        let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
+        let address = server.local_addr().unwrap().to_string();
+        let game = Match::with_random_tokens(Referee::new(loaded.clone(), mode).unwrap()).unwrap();
+        let token = |access: &Access| match access {
+            Access::Token(token) => token.to_string(),
+            Access::Open => String::new(),
+        };
+        let tokens = game.access().iter().map(token).collect();
+        let (shutdown, asked) = oneshot::channel::<()>();
+        let running = tokio::spawn(async move {
+            let shutdown = async {
+                if asked.await.is_err() {
+                    pending::<()>().await;
+                }
+            };
+            server.run(game, shutdown).await
+        });
+        Self { address, tokens, shutdown, running }
+    }
+
+    async fn client(&self, seat: usize) -> Client {
+        Client::connect(&self.address, login(seat, &self.tokens[seat])).await.unwrap()
+    }
+
+    async fn raw(&self) -> BufReader<TcpStream> {
+        BufReader::new(TcpStream::connect(&self.address).await.unwrap())
+    }
+
+    async fn outcome(self) -> Outcome {
+        self.running.await.unwrap().unwrap()
+    }
+
+    async fn shut_down(self) -> Outcome {
+        self.shutdown.send(()).unwrap();
+        self.running.await.unwrap().unwrap()
+    }
+}
+
+/// Returns the start of a race of two seats with five units each on an open field.
+fn loaded(clock: &str) -> Loaded {
+    let seat = "{ groups = [{ unit = 'a', count = 3 }, { unit = 'b', count = 2 }] }";
+    let scenario = format!(
+        "name = 'tiny'\nmap = 'tiny.map'\nseed = 5\n{clock}\nseat = [{seat}, {seat}]\n\
+         vision = {{}}\nobjective = {{ kind = 'race', zone_size = 3 }}\n\
+         unit.a = {{ radius = 0.3, speed = 4, sight = 5 }}\nunit.b = {{ radius = 0.45, speed = 3, sight = 7 }}\n"
+    );
+    let map = format!("type octile\nheight 12\nwidth 24\nmap\n{}", "........................\n".repeat(12));
+    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
+    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
+    load(&files, "tiny.toml", None, None).unwrap()
+}
+
+fn bot(name: &str, seat: u16) -> Box<dyn Bot + Send> {
+    make(name, bot_seed(5, Seat(seat))).unwrap()
+}
+
+fn login(seat: usize, token: &str) -> Login {
+    Login { client: "suite".to_owned(), player: NAMES[seat].to_owned(), token: token.to_owned() }
+}
+
+/// Returns how a match of these bots comes out in one process, and the views at its end.
+fn headless(loaded: &Loaded, bots: [&str; 2]) -> (MatchResult, Vec<View>) {
+    let mut referee = Referee::new(loaded.clone(), ClockMode::Lockstep).unwrap();
+    let seats = [Seat(0), Seat(1)];
+    let mut bots: Vec<_> = bots.iter().zip(seats).map(|(name, seat)| bot(name, seat.0)).collect();
+    for seat in seats {
+        referee.handle_join(seat, NAMES[seat.index()]).unwrap();
+        bots[seat.index()].on_start(seat, &referee.rules(), referee.terrain());
+    }
+    while referee.result().is_none() {
+        referee.take_records();
+        for seat in seats {
+            let delta = referee.take_delta(seat).unwrap();
+            let commands = bots[seat.index()].on_cycle(referee.view(seat), &delta);
+            let numbered = (0..).zip(commands).map(|(seq, command)| Sequenced { seq, command });
+            referee.handle_commands(seat, delta.cycle, numbered.collect()).unwrap();
+        }
+        referee.step();
+    }
+    (referee.result().unwrap().clone(), seats.map(|seat| referee.view(seat).clone()).to_vec())
+}
+
+fn start(bot: &mut dyn Bot, client: &Client) {
+    bot.on_start(client.seat(), client.rules(), client.terrain());
+}
+
+async fn play(client: Client, bot: Box<dyn Bot + Send>) -> (MatchResult, View) {
+    let mut client = client;
+    let mut bot = bot;
+    start(&mut *bot, &client);
+    let result = client.play(|view, delta| bot.on_cycle(view, delta)).await.unwrap();
+    (result, client.view().clone())
+}
+
+async fn play_to_the_last(mut client: Client, mut bot: Box<dyn Bot + Send>) -> Result<MatchResult, ClientError> {
+    start(&mut *bot, &client);
+    client.play(|view, delta| bot.on_cycle(view, delta)).await
+}
+
+/// Plays until the delta of cycle `last` has come, and does not answer that.
+async fn play_until(client: &mut Client, bot: &mut (dyn Bot + Send), last: u32) {
+    loop {
+        let Event::Cycle(delta) = client.next().await.unwrap() else { panic!("the match goes on") };
+        if delta.cycle.0 == last {
+            return;
+        }
+        let commands = bot.on_cycle(client.view(), &delta);
+        client.send(commands).await.unwrap();
+        client.done().await.unwrap();
+    }
+}
+
+/// Plays a whole match with lines that are written by hand.
+async fn play_json(
+    mut lines: BufReader<TcpStream>,
+    token: String,
+    mut bot: Box<dyn Bot + Send>,
+) -> (MatchResult, View) {
+    lines.write_all(hello(&token).as_bytes()).await.unwrap();
+    let mut view = View::new();
+    loop {
+        match next_line(&mut lines).await.unwrap() {
+            ServerMessage::Welcome(welcome) => bot.on_start(welcome.seat, &welcome.rules, &welcome.terrain),
+            ServerMessage::Delta(delta) => {
+                view.apply(&delta).unwrap();
+                let cycle = delta.cycle.0;
+                let mut answer = String::new();
+                for command in bot.on_cycle(&view, &delta) {
+                    let command = serde_json::to_string(&command).unwrap();
+                    answer += &format!(
+                        "{{\"commands\":{{\"seen_cycle\":{cycle},\"list\":[{{\"seq\":1,\"command\":{command}}}]}}}}\r\n"
+                    );
+                }
+                answer += &format!("\n{{\"done\":{{\"cycle\":{cycle}}}}}\n");
+                // The last answer may come after the end.
+                let _ = lines.write_all(answer.as_bytes()).await;
+            }
+            ServerMessage::Ended { result } => return (result, view),
+            other @ (ServerMessage::Refused { .. } | ServerMessage::Pong { .. }) => panic!("{other:?}"),
+        }
+    }
+}
+
+fn greeting(token: &str) -> Hello {
+    let player = NAMES[0].to_owned();
+    Hello { protocol: PROTOCOL, client: "by hand".to_owned(), player, token: token.to_owned() }
+}
+
+fn hello(token: &str) -> String {
+    format!(
+        "{{\"hello\":{{\"protocol\":{PROTOCOL},\"client\":\"by hand\",\"player\":\"{}\",\"token\":\"{token}\"}}}}\n",
+        NAMES[0]
+    )
+}
+
+/// Returns the next message; `None` at the end.
+async fn next_line(lines: &mut BufReader<TcpStream>) -> Option<ServerMessage> {
+    let mut line = String::new();
+    let count = lines.read_line(&mut line).await.unwrap();
+    (count > 0).then(|| serde_json::from_str(&line).unwrap())
+}
+
+/// Returns all that comes until the server closes the connection.
+async fn rest(lines: &mut BufReader<TcpStream>) -> Vec<ServerMessage> {
+    let mut messages = Vec::new();
+    while let Some(message) = next_line(lines).await {
+        messages.push(message);
+    }
+    messages
+}
+
+/// Checks what a connection that begins with `bytes` is answered.
+async fn check_refused(arena: &Arena, bytes: &str, expected: &Refused) {
+    let mut lines = arena.raw().await;
+    lines.write_all(bytes.as_bytes()).await.unwrap();
+    assert_eq!(rest(&mut lines).await, [ServerMessage::Refused { reason: expected.clone() }], "{bytes:.60}");
+}
+
+async fn check_malformed(arena: &Arena, bytes: &str, expected: &str) {
+    let mut lines = arena.raw().await;
+    lines.write_all(bytes.as_bytes()).await.unwrap();
+    let messages = rest(&mut lines).await;
+    let [ServerMessage::Refused { reason: Refused::Malformed { place, .. } }] = messages.as_slice() else {
+        panic!("{bytes}: {messages:?}");
+    };
+    assert_eq!(place, expected, "{bytes}");
+}
+
+/// Checks what `bytes` after a good hello at seat 0 are answered, and that the seat can be taken again.
+async fn check_refused_in_seat(arena: &Arena, bytes: &[u8], expected: &Refused) {
+    let mut lines = seated(arena).await;
+    lines.write_all(bytes).await.unwrap();
+    assert_eq!(rest(&mut lines).await, [ServerMessage::Refused { reason: expected.clone() }]);
+}
+
+/// Returns a connection at seat 0 that has got its keyframe.
+async fn seated(arena: &Arena) -> BufReader<TcpStream> {
+    let mut lines = arena.raw().await;
+    lines.write_all(hello(&arena.tokens[0]).as_bytes()).await.unwrap();
+    assert!(matches!(next_line(&mut lines).await, Some(ServerMessage::Welcome(_))));
+    assert!(matches!(next_line(&mut lines).await, Some(ServerMessage::Delta(_))));
+    lines
+}
+
+async fn check_half_a_hello(arena: &Arena) {
+    let mut lines = arena.raw().await;
+    let hello = hello(&arena.tokens[0]);
+    lines.write_all(&hello.as_bytes()[..hello.len() / 2]).await.unwrap();
+    lines.shutdown().await.unwrap();
+    assert_eq!(rest(&mut lines).await, []);
+}
+
+async fn check_half_a_message(arena: &Arena) {
+    let mut lines = seated(arena).await;
+    lines.write_all(b"{\"done\":{\"cyc").await.unwrap();
+    lines.shutdown().await.unwrap();
+    assert_eq!(rest(&mut lines).await, []);
+}
+
+async fn check_flood(arena: &Arena) {
+    let mut lines = seated(arena).await;
+    let command = Sequenced { seq: 0, command: Command::Stop { object: Handle(0) } };
+    let list = vec![command; QUEUED_MAX + 1];
+    let bytes = encode_commands(Encoding::Json, Default::default(), &list).unwrap();
+    lines.write_all(&bytes).await.unwrap();
+    let messages = rest(&mut lines).await;
+    let [ServerMessage::Refused { reason: Refused::Malformed { place, .. } }] = messages.as_slice() else {
+        panic!("{messages:?}");
+    };
+    assert_eq!(place, "cycle 0");
+}
+
+/// Checks that the replay of a match is whole and plays again to the same hashes and result.
+fn check_replay(outcome: &Outcome, expected: &MatchResult) {
+    let replay = read_replay(&outcome.replay).unwrap();
+    assert_eq!(replay.ended.as_ref(), Some(expected));
+    let header = &replay.header;
+    let files = maniple_server::files(header);
+    let again = load(&files, &header.scenario, header.map_override.as_deref(), Some(header.seed)).unwrap();
+    let mut referee = Referee::new(again, ClockMode::Lockstep).unwrap();
+    for event in maniple_server::events(&replay) {
+        referee.handle_record(&event).unwrap();
+    }
+    assert_eq!(referee.result(), Some(expected));
+}
