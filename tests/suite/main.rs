@@ -2,7 +2,10 @@
 //! that it runs.
 
 mod architecture;
+mod commands;
 mod kinematics;
 mod maps;
+mod matches;
+mod network;
 mod predicates;
 mod protocol;

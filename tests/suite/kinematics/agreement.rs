@@ -20,6 +20,12 @@ fn columns_that_march_in_step_without_a_gap_agree_with_the_slow_twin() {
 }
 
 #[test]
+fn circles_that_slide_along_a_slanted_wall_agree_with_the_slow_twin() {
+    let retreats = check_all("sliding", SCENES / 20, 100, Scene::sliding);
+    assert!(retreats > 0, "rounding alone makes some of them overlap the wall");
+}
+
+#[test]
 fn a_packed_crowd_that_is_sent_to_one_point_agrees_with_the_slow_twin() {
     check_all("crowd", SCENES / 20, 100, Scene::crowd);
 }
@@ -39,7 +45,8 @@ fn check_all(class: &str, scenes: u64, longer: u64, make: impl Fn(&mut Random) -
         retreats += played.0;
     }
     println!("class {class}: {events:?}, {retreats} retreats");
-    assert!(events[&EventKind::Object] > scenes / 2, "the scenes have something to agree on");
+    let collisions = [EventKind::Object, EventKind::Segment].map(|kind| events.get(&kind).copied());
+    assert!(collisions.into_iter().flatten().sum::<u64>() > scenes / 2, "there is something to agree on");
     retreats
 }
 

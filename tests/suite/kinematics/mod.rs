@@ -5,4 +5,4 @@ mod promises;
 mod scene;
 mod twin;
 
-pub(crate) use scene::Random;
+pub(crate) use scene::{Random, Scene};

@@ -63,7 +63,8 @@ impl Scene {
     /// An empty box from (0, 0) to (size, size).
     pub(crate) fn boxed(size: f64, stops: Stops) -> Self {
         let corner = |x, y| DVec2::new(x, y);
-        let corners = [corner(0.0, 0.0), corner(size, 0.0), corner(size, size), corner(0.0, size)];
+        // The blocked side is outside, to the right.
+        let corners = [corner(0.0, 0.0), corner(0.0, size), corner(size, size), corner(size, 0.0)];
         let edge = |place: usize| Wall {
             segment: Segment::new(corners[place], corners[(place + 1) % 4]),
             kind: WallKind::Edge,
@@ -134,6 +135,61 @@ impl Scene {
         }
     }
 
+    /// Gives each order only its first leg, as `maniple simulate` does, and takes everything into one layer.
+    pub(crate) fn single_orders(&mut self) {
+        for order in &mut self.orders {
+            order.legs.truncate(1);
+        }
+        for object in &mut self.objects {
+            object.3 = 1;
+        }
+        let mut clear = Self { objects: Vec::new(), ..self.clone() };
+        for object in std::mem::take(&mut self.objects) {
+            let circle = Circle::new(object.1, object.2);
+            if clear.world().insert(ObjectId(object.0), circle, Layers::GROUND).is_ok() {
+                clear.objects.push(object);
+            }
+        }
+        self.objects = clear.objects;
+        self.orders.retain(|order| self.objects.iter().any(|object| object.0 == order.id));
+        for wall in &mut self.walls {
+            wall.layers = Layers(u32::MAX);
+        }
+    }
+
+    /// The scene as `maniple simulate` reads it.
+    pub(crate) fn to_json(&self) -> String {
+        let size = self.walls[1].segment.end.x;
+        let segments: Vec<serde_json::Value> = self.walls[4..]
+            .iter()
+            .map(|Wall { segment: Segment { start, end }, .. }| serde_json::json!([start.x, start.y, end.x, end.y]))
+            .collect();
+        let object = |&(id, center, r, _): &(u32, DVec2, f64, u32)| {
+            serde_json::json!({"id": id, "x": center.x, "y": center.y, "r": r})
+        };
+        let order = |order: &Order| {
+            let (goal, speed) = order.legs.first().copied().unwrap_or((DVec2::ONE, 0.0));
+            let mut json = serde_json::json!(
+                {"cycle": order.cycle, "id": order.id, "x": goal.x, "y": goal.y, "s": speed, "queue": order.queue});
+            if let Some(start) = order.start {
+                json["start"] = serde_json::json!(start);
+            }
+            json
+        };
+        let stops = match self.stops {
+            Stops::Both => "both",
+            Stops::Approaching => "approaching",
+        };
+        serde_json::json!({
+            "bounds": [0.0, 0.0, size, size],
+            "segments": segments,
+            "objects": self.objects.iter().map(object).collect::<Vec<_>>(),
+            "moves": self.orders.iter().map(order).collect::<Vec<_>>(),
+            "stops": stops,
+        })
+        .to_string()
+    }
+
     /// Plays the scene; after each cycle K1 is checked exactly. Also returns how often an object was pulled back.
     pub(crate) fn play(&self) -> (World, Vec<Event>, usize) {
         let mut world = self.world();
@@ -201,6 +257,30 @@ impl Scene {
         scene
     }
 
+    /// Circles that touch a slanted wall to the last bit and slide along it.
+    pub(crate) fn sliding(random: &mut Random) -> Self {
+        let stops = if random.chance(0.5) { Stops::Both } else { Stops::Approaching };
+        let mut scene = Self::boxed(1000.0, stops).cycles(20);
+        let from = DVec2::new(random.between(300.0, 400.0), random.between(300.0, 400.0));
+        let way = DVec2::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0)) * 200.0;
+        scene = scene.wall(from.into(), (from + way).into());
+        let (along, normal) = (way / way.length(), DVec2::new(-way.y, way.x) / way.length());
+        for id in 0..12 {
+            let radius = random.between(0.2, 0.9);
+            let side = if random.chance(0.5) { 1.0 } else { -1.0 };
+            let mut center = from + way * (f64::from(id) / 12.0) + normal * (side * radius);
+            // The last bits away from the wall, until it no longer overlaps.
+            let mut world = scene.world();
+            while world.insert(ObjectId(id), Circle::new(center, radius), Layers::GROUND).is_err() {
+                center += normal * (side * 1e-14 * random.between(0.0, 8.0));
+            }
+            scene.objects.push((id, center, radius, 1));
+            let goal = center + along * random.between(1.0, 10.0);
+            scene = scene.go(0, id, goal.into(), random.between(0.1, 2.0));
+        }
+        scene
+    }
+
     /// A hexagonal packing with hardly a gap, everyone ordered to the middle, again and again.
     pub(crate) fn crowd(random: &mut Random) -> Self {
         let stops = if random.chance(0.5) { Stops::Both } else { Stops::Approaching };
@@ -222,7 +302,7 @@ impl Scene {
     }
 
     fn place(&self, random: &mut Random, lattice: Option<f64>) -> DVec2 {
-        let size = self.walls[1].segment.start.x;
+        let size = self.walls[1].segment.end.x;
         let place = DVec2::new(random.between(0.0, size), random.between(0.0, size));
         lattice.map_or(place, |step| (place / step).floor() * step)
     }

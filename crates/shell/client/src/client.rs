@@ -33,8 +33,10 @@ pub enum Event {
     Pong {
         /// The ping's number.
         id: u32,
-        /// The cycle that ran, and how much of its wall-clock time had passed: 0 to 1, in lock-step 0.
-        running: (u32, f64),
+        /// The cycle that ran.
+        cycle: u32,
+        /// How much of its wall-clock time had passed, `0.0..=1.0`; 0 in lock-step.
+        fraction: f64,
     },
     /// The match has ended; nothing comes after.
     Ended(MatchResult),
@@ -91,9 +93,7 @@ impl Client {
                 Ok(Event::Cycle(delta))
             }
             ServerMessage::Ended { result } => Ok(Event::Ended(result)),
-            ServerMessage::Pong { id, cycle, fraction } => {
-                Ok(Event::Pong { id, running: (cycle.0, fraction) })
-            }
+            ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
             ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
             ServerMessage::Welcome(_) => Err(unexpected("a second welcome", "a delta")),
         }

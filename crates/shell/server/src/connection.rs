@@ -14,13 +14,14 @@ use tokio::sync::Semaphore;
 use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
+use crate::doors::Doors;
 use crate::link::{FLUSH_TIMEOUT, Link};
 use crate::simulation::Event;
 
 /// Time for the hello; a client sends it at once.
-pub const HELLO_TIMEOUT: Duration = Duration::from_secs(5);
+pub const HELLO_TIMEOUT: Duration = Duration::from_secs(HELLO_SECONDS as u64);
 
-/// The same in the seconds that a client is told.
+/// The same in seconds, as a client is told.
 const HELLO_SECONDS: u32 = 5;
 
 /// Messages of a connection that wait for the simulation. More are left in the socket, so that a flood holds up its
@@ -43,6 +44,8 @@ pub(crate) struct ConnectionId(pub(crate) u64);
 pub(crate) struct Gate {
     /// To the simulation.
     pub(crate) events: Sender<Event>,
+    /// Where whoever wants in waits.
+    pub(crate) doors: Arc<Doors>,
     /// Cancelled when the match has ended.
     pub(crate) ended: CancellationToken,
 }
@@ -57,7 +60,7 @@ pub(crate) async fn serve(stream: TcpStream, connection: ConnectionId, peer: Soc
     let (half, mut writer) = stream.into_split();
     let mut reader = Reader { half, inbound: Inbound::new(), buffer: vec![0; READ_SIZE] };
     match greet(&mut reader, &gate).await {
-        Greeting::Hello(hello) => attend(&mut reader, &mut writer, hello, (connection, &gate)).await,
+        Greeting::Hello(hello) => attend(&mut reader, &mut writer, hello, connection, &gate).await,
         Greeting::Refused(reason) => {
             tracing::info!(connection = connection.0, %peer, %reason, "refused");
             refuse(&mut writer, reader.inbound.encoding(), reason).await;
@@ -102,8 +105,13 @@ async fn attend(
     reader: &mut Reader,
     writer: &mut OwnedWriteHalf,
     hello: Hello,
-    (connection, gate): (ConnectionId, &Gate),
+    connection: ConnectionId,
+    gate: &Gate,
 ) {
+    tokio::select! {
+        () = gate.doors.wait_turn(&hello.token) => {}
+        () = gate.ended.cancelled() => {}
+    }
     let (link, outbox) = Link::new(reader.inbound.encoding());
     if let Err(SendError(Event::Hello { link, .. })) =
         gate.events.send(Event::Hello { connection, hello, link })

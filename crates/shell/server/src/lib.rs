@@ -5,6 +5,7 @@
 //! a flood nor a reader that has stopped reaches the simulation or another player.
 
 mod connection;
+mod doors;
 mod link;
 mod pace;
 mod recording;
@@ -14,10 +15,10 @@ mod table;
 mod token;
 
 pub use connection::{DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX};
+pub use doors::{Access, JOIN_INTERVAL};
 pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
 pub use pace::LATE_PERIODS_MAX;
-pub use recording::{Recording, event_of};
+pub use recording::{BUILD, Recording, events, files};
 pub use server::{CONNECTIONS_MAX, Match, MatchError, Outcome, RunError, SEND_BUFFER_SIZE, Server};
 pub use simulation::EVENTS_BEFORE_STEP_MAX;
-pub use table::Access;
 pub use token::{Token, TokenError};

@@ -90,8 +90,8 @@ mod tests {
 
     #[test]
     fn the_fraction_grows_from_0_to_1() {
-        let pace = Pace::new(millis(100), millis(1000));
-        for (now, fraction) in [(900, 0.0), (1000, 0.0), (1025, 0.25), (1100, 1.0), (9000, 1.0)] {
+        let pace = Pace::new(millis(1000), millis(1000));
+        for (now, fraction) in [(900, 0.0), (1000, 0.0), (1250, 0.25), (2000, 1.0), (9000, 1.0)] {
             assert_eq!(pace.fraction(millis(now)), fraction, "{now}");
         }
     }

@@ -1,11 +1,12 @@
-//! From what the referee records to the bytes of a replay, and back.
+//! From what a referee records to the bytes of a replay, and back.
 
-use maniple_protocol::{EncodeError, PROTOCOL, Record, ReplayHeader, ReplayWriter};
-use maniple_referee::{RecordedEvent, Referee};
+use maniple_game::{Files, Loaded, LoadedFile};
+use maniple_protocol::{EncodeError, PROTOCOL, Record, Replay, ReplayHeader, ReplayWriter};
+use maniple_referee::RecordedEvent;
 use maniple_view::Digest;
 
 /// Name and version of the program, as replays name it.
-const BUILD: &str = concat!("maniple ", env!("CARGO_PKG_VERSION"));
+pub const BUILD: &str = concat!("maniple ", env!("CARGO_PKG_VERSION"));
 
 /// The replay of a match that is being played.
 #[derive(Debug)]
@@ -16,45 +17,39 @@ pub struct Recording {
 
 impl Recording {
     /// Returns the replay of a match that has not begun; it holds the files that the match was loaded from.
-    /// `map_override` is the map's name among them, where another one than the scenario's is played.
     ///
     /// # Errors
     /// Files that are too large for a replay.
-    pub fn begin(referee: &Referee, map_override: Option<String>) -> Result<Self, EncodeError> {
-        let loaded = referee.loaded();
-        let files = loaded.files.0.iter().map(|file| (file.path.clone(), file.bytes.clone()));
+    ///
+    /// # Panics
+    /// If the match was not loaded from a scenario and a map.
+    pub fn begin(loaded: &Loaded) -> Result<Self, EncodeError> {
+        let files = &loaded.files.0;
+        let [scenario, map, ..] = files.as_slice() else { panic!("a match is made of a scenario and a map") };
         let header = ReplayHeader {
             protocol: PROTOCOL,
             build: BUILD.to_owned(),
             scenario_name: loaded.scenario.name.clone(),
-            files: files.collect(),
-            scenario: loaded.files.0.first().map(|file| file.path.clone()).unwrap_or_default(),
-            map_override,
+            files: files.iter().map(|file| (file.path.clone(), file.bytes.clone())).collect(),
+            scenario: scenario.path.clone(),
+            // Named even where it is the scenario's own: what was loaded does not tell, and loads the same.
+            map_override: Some(map.path.clone()),
             seed: loaded.scenario.seed,
+            cycles_max: loaded.scenario.cycles_max.0,
             map_hash: Digest(loaded.map.hash()),
-            seats: u16::try_from(referee.seats()).expect("seats are counted in 16 bits"),
+            seats: u16::try_from(loaded.scenario.seats.len()).expect("seats are counted in 16 bits"),
         };
         let (writer, bytes) = ReplayWriter::begin(&header)?;
         Ok(Self { writer, bytes })
     }
 
-    /// Takes the referee's records and puts them behind those before. Call it after each step, and after whatever may
-    /// have given a record before the next step: joins are recorded with the cycle in which this is called.
+    /// Puts what a referee has recorded behind what was before.
     ///
     /// # Errors
     /// A record that is too large for a replay.
-    pub fn record(&mut self, referee: &mut Referee) -> Result<(), EncodeError> {
-        for event in referee.take_records() {
-            let record = match event {
-                RecordedEvent::Joined { seat, name } => Record::Joined { cycle: referee.cycle(), seat, name },
-                RecordedEvent::Commands { cycle, seat, seen_cycle, commands } => {
-                    Record::Commands { cycle, seat, seen_cycle, list: commands }
-                }
-                RecordedEvent::Forfeited { cycle, seat } => Record::Absent { cycle, seat },
-                RecordedEvent::Hash { cycle, hash } => Record::Cycle { cycle, hash },
-                RecordedEvent::Ended { result } => Record::Ended { result },
-            };
-            self.bytes.extend(self.writer.push(&record)?);
+    pub fn extend(&mut self, events: impl IntoIterator<Item = RecordedEvent>) -> Result<(), EncodeError> {
+        for event in events {
+            self.bytes.extend(self.writer.push(&record_of(event))?);
         }
         Ok(())
     }
@@ -66,11 +61,34 @@ impl Recording {
     }
 }
 
-/// Returns what a referee takes to play a record again.
+/// Returns what a referee takes to play a replay again, in order, with the end if the replay has one.
+pub fn events(replay: &Replay) -> impl Iterator<Item = RecordedEvent> {
+    let ended = replay.ended.iter().map(|result| RecordedEvent::Ended { result: result.clone() });
+    replay.records.iter().cloned().map(event_of).chain(ended)
+}
+
+/// Returns the files from which the match of a replay is loaded.
 #[must_use]
-pub fn event_of(record: Record) -> RecordedEvent {
+pub fn files(header: &ReplayHeader) -> Files {
+    let file = |(path, bytes): &(String, Vec<u8>)| LoadedFile { path: path.clone(), bytes: bytes.clone() };
+    Files(header.files.iter().map(file).collect())
+}
+
+fn record_of(event: RecordedEvent) -> Record {
+    match event {
+        RecordedEvent::Joined { cycle, seat, name } => Record::Joined { cycle, seat, name },
+        RecordedEvent::Commands { cycle, seat, seen_cycle, commands } => {
+            Record::Commands { cycle, seat, seen_cycle, list: commands }
+        }
+        RecordedEvent::Forfeited { cycle, seat } => Record::Absent { cycle, seat },
+        RecordedEvent::Hash { cycle, hash } => Record::Cycle { cycle, hash },
+        RecordedEvent::Ended { result } => Record::Ended { result },
+    }
+}
+
+fn event_of(record: Record) -> RecordedEvent {
     match record {
-        Record::Joined { cycle: _, seat, name } => RecordedEvent::Joined { seat, name },
+        Record::Joined { cycle, seat, name } => RecordedEvent::Joined { cycle, seat, name },
         Record::Commands { cycle, seat, seen_cycle, list } => {
             RecordedEvent::Commands { cycle, seat, seen_cycle, commands: list }
         }

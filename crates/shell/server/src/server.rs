@@ -16,9 +16,10 @@ use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
 use crate::connection::{ConnectionId, Gate, serve};
+use crate::doors::{Access, Doors};
 use crate::recording::Recording;
 use crate::simulation::{Event, Simulation};
-use crate::table::{Access, Table};
+use crate::table::Table;
 use crate::token::Token;
 
 /// Connections at the same time; more wait in the backlog of the socket. There are at most 64 seats, the rest is
@@ -47,7 +48,6 @@ pub struct Match {
     referee: Referee,
     id: Digest,
     access: Vec<Access>,
-    map_override: Option<String>,
 }
 
 /// A match that cannot be set up.
@@ -111,13 +111,7 @@ impl Match {
         }
         let mut id = [0; 8];
         getrandom::fill(&mut id)?;
-        Ok(Self { referee, id: Digest(u64::from_le_bytes(id)), access, map_override: None })
-    }
-
-    /// Says for the replay that another map than the scenario's is played, and its name among the match's files.
-    #[must_use]
-    pub fn with_map_override(self, map: String) -> Self {
-        Self { map_override: Some(map), ..self }
+        Ok(Self { referee, id: Digest(u64::from_le_bytes(id)), access })
     }
 
     /// Returns who may take which seat.
@@ -162,12 +156,13 @@ impl Server {
     /// # Errors
     /// See [`RunError`]; what clients do is none.
     pub async fn run(&self, game: Match, shutdown: impl Future<Output = ()>) -> Result<Outcome, RunError> {
-        let recording = Recording::begin(&game.referee, game.map_override)?;
+        let recording = Recording::begin(game.referee.loaded())?;
         let (events, received) = mpsc::channel();
-        let table = Table::new(&game.access);
+        let doors = Arc::new(Doors::new(game.access));
+        let table = Table::new(Arc::clone(&doors));
         let simulation = Simulation::new(game.referee, game.id, table, recording, received);
         let mut finished = spawn(simulation)?;
-        let gate = Gate { events, ended: CancellationToken::new() };
+        let gate = Gate { events, doors, ended: CancellationToken::new() };
         let mut connections = JoinSet::new();
         let mut numbers = (0..).map(ConnectionId);
         let mut shutdown = std::pin::pin!(shutdown);

@@ -82,7 +82,7 @@ impl Simulation {
     pub(crate) fn run(mut self) -> Result<Outcome, EncodeError> {
         while self.referee.result().is_none() && !self.is_shutting_down {
             self.referee.handle_time(self.start.elapsed());
-            self.recording.record(&mut self.referee)?;
+            self.recording.extend(self.referee.take_records())?;
             let now = self.start.elapsed();
             match self.next_step(now) {
                 Some(due) if due <= now => {
@@ -142,9 +142,9 @@ impl Simulation {
                 "too slow for the rate; cycles were put off"
             );
         }
-        self.recording.record(&mut self.referee)?;
+        self.recording.extend(self.referee.take_records())?;
         self.referee.step();
-        self.recording.record(&mut self.referee)?;
+        self.recording.extend(self.referee.take_records())?;
         for seat in self.table.seats() {
             self.send_delta(seat);
         }

@@ -1,0 +1,318 @@
+//! The program as its users run it: output, errors and exit codes.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use serde_json::Value;
+
+use crate::kinematics::{Random, Scene};
+
+pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
+
+/// Maps that the project may not ship; they lie beside its checkout.
+const REAL_MAPS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../../shared/maps");
+
+/// Returns the program with arguments, to be run in the root of the project.
+pub(crate) fn maniple(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_maniple"));
+    command.args(arguments).current_dir(ROOT).stdin(Stdio::null());
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    maniple(arguments).output().expect("the program runs")
+}
+
+/// Runs a command that succeeds and returns the JSON that it prints.
+fn json(arguments: &[&str]) -> Value {
+    let output = run(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{arguments:?}: {error}"))
+}
+
+/// Runs a command that fails, and returns what it writes to standard error.
+fn fails(arguments: &[&str], code: i32) -> String {
+    let output = run(arguments);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+    error
+}
+
+/// A folder for the files of one test; emptied at the start.
+fn folder(test: &str) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("the folder can be made");
+    folder
+}
+
+fn file(folder: &Path, name: &str, text: &str) -> String {
+    let path = folder.join(name);
+    std::fs::write(&path, text).expect("the file can be written");
+    path.display().to_string()
+}
+
+#[test]
+fn every_command_has_help_with_an_example() {
+    for command in ["map info", "map check", "map render", "simulate", "match", "serve", "bot", "replay info",
+        "replay verify", "replay render"]
+    {
+        let arguments: Vec<&str> = command.split(' ').chain(["--help"]).collect();
+        let output = run(&arguments);
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success() && text.contains(&format!("Example: maniple {command}")), "{text}");
+    }
+}
+
+#[test]
+fn what_cannot_be_meant_is_a_usage_error() {
+    fails(&["mtach"], 2);
+    fails(&["map", "info"], 2);
+    fails(&["match", "--cycles", "0"], 2);
+    fails(&["serve", "--replay", "x"], 2);
+    fails(&["bot", "straight", "--connect", "nowhere"], 2);
+    let error = fails(&["match", "--bot", "strait"], 2);
+    assert!(error.contains("idle, random, straight"), "{error}");
+    let error = fails(&["match", "--bot", "idle", "--bot", "idle", "--bot", "idle"], 2);
+    assert!(error.contains("3 bots for 2 seats"), "{error}");
+    let error = fails(&["--log", "a=b=c", "match"], 2);
+    assert!(error.contains("--log"), "{error}");
+}
+
+#[test]
+fn map_info_prints_the_figures_of_a_map() {
+    let info = json(&["map", "info", "maps/diamond.tmx", "--json"]);
+    let keys: Vec<&str> = info.as_object().expect("an object").keys().map(String::as_str).collect();
+    for key in ["width", "height", "passable_tiles", "segments", "wall_length", "loops", "regions",
+        "largest_region_tiles", "spawns"]
+    {
+        assert!(keys.contains(&key), "{key} is not in {keys:?}");
+    }
+    assert_eq!((&info["width"], &info["height"], &info["spawns"]), (&40.into(), &40.into(), &4.into()));
+    let text = String::from_utf8(run(&["map", "info", "maps/diamond.tmx"]).stdout).expect("text");
+    assert!(text.starts_with("40 x 40 tiles"), "{text}");
+}
+
+#[test]
+fn map_check_fails_where_something_is_odd() {
+    let folder = folder("map_check");
+    let map = file(&folder, "two.map", "type octile\nheight 3\nwidth 5\nmap\n..@..\n..@..\n..@..\n");
+    let output = run(&["map", "check", &map, "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(found["findings"][0]["kind"], "region_cut_off", "{found}");
+    assert_eq!((&found["findings"][0]["x"], &found["findings"][0]["y"]), (&3.into(), &0.into()));
+    assert!(run(&["map", "check", "maps/choke.tmx", "--radius", "0.45"]).status.success());
+    assert!(fails(&["map", "check", "maps/choke.tmx", "--radius", "3"], 1).contains("finding"));
+    fails(&["map", "check", "maps/choke.tmx", "--radius", "-1"], 2);
+}
+
+#[test]
+fn a_bad_map_is_bad_input_with_its_place() {
+    let folder = folder("bad_map");
+    let map = file(&folder, "bad.map", "type octile\nheight 2\nwidth 3\nmap\n...\n.x.\n");
+    let error = fails(&["map", "info", &map], 3);
+    assert!(error.contains("bad.map") && error.contains("line 6") && error.contains("column 2"), "{error}");
+    fails(&["map", "info", "no/such.map"], 3);
+    fails(&["match", "--map", &map], 3);
+}
+
+#[test]
+fn pictures_are_png_files_of_the_size_that_was_asked_for() {
+    let folder = folder("pictures");
+    let out = folder.join("map.png").display().to_string();
+    assert!(run(&["map", "render", "maps/choke.tmx", "--out", &out, "--scale", "4"]).status.success());
+    assert_eq!(png_size(&out), (192, 128));
+    let replay = folder.join("match.replay").display().to_string();
+    json(&["match", "--cycles", "20", "--replay", &replay, "--json"]);
+    let out = folder.join("match.png").display().to_string();
+    assert!(run(&["replay", "render", &replay, "--cycle", "7", "--out", &out]).status.success());
+    assert_eq!(png_size(&out), (48 * 21, 32 * 21));
+    let error = fails(&["replay", "render", &replay, "--cycle", "21", "--out", &out], 2);
+    assert!(error.contains("0 to 20"), "{error}");
+    let error = fails(&["map", "render", "maps/choke.tmx", "--out", "/no/such/folder/x.png"], 1);
+    assert!(error.contains("/no/such/folder/x.png"), "{error}");
+}
+
+fn png_size(path: &str) -> (u32, u32) {
+    let bytes = std::fs::read(path).expect("the picture is there");
+    assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
+    let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("4 bytes"));
+    (number(16), number(20))
+}
+
+#[test]
+fn a_scene_is_simulated_as_the_core_does() {
+    let folder = folder("simulate");
+    let seed = 5;
+    println!("seed {seed}");
+    for number in 0..40 {
+        let mut scene = Scene::random(&mut Random(seed + number));
+        scene.single_orders();
+        let path = file(&folder, "scene.json", &scene.to_json());
+        let cycles = scene.cycles.to_string();
+        let threads = (1 + number % 3).to_string();
+        let found = json(&["simulate", &path, "--cycles", &cycles, "--threads", &threads, "--json"]);
+        scene.limits = simulate_limits();
+        let (world, events, _) = scene.play();
+        assert_eq!(found["hash"], format!("{:016x}", world.digest()), "scene {number}");
+        assert_eq!(found["events"].as_array().map(Vec::len), Some(events.len()));
+        for (found, event) in found["events"].as_array().expect("a list").iter().zip(&events) {
+            assert_eq!(found["time"].as_f64().map(f64::to_bits), Some(event.time.to_bits()));
+            assert_eq!(found["id"], event.object.0);
+            assert_eq!(found["other"], event.other.map_or(Value::Null, |other| other.0.into()));
+        }
+        for (found, id) in found["objects"].as_array().expect("a list").iter().zip(world.ids()) {
+            let center = world.circle(id).expect("the object is there").center;
+            assert_eq!(found["x"].as_f64().map(f64::to_bits), Some(center.x.to_bits()));
+            assert_eq!(found["y"].as_f64().map(f64::to_bits), Some(center.y.to_bits()));
+        }
+    }
+}
+
+/// The limits of every scene of `maniple simulate` that is not larger.
+fn simulate_limits() -> maniple_geometry::Limits {
+    let power = |exponent: u32| f64::from(1u32 << exponent);
+    maniple_geometry::Limits::new(power(20), power(10), power(20)).expect("these are limits")
+}
+
+#[test]
+fn without_cycles_a_scene_runs_until_all_rest() {
+    let folder = folder("until_rest");
+    let scene = r#"{"bounds":[0,0,20,20],"objects":[{"id":4,"x":2,"y":5,"r":0.5}],
+        "moves":[{"cycle":0,"id":4,"x":5,"y":5,"s":1},{"cycle":9,"id":4,"x":5,"y":6.5,"s":1,"start":[12,0.25]}]}"#;
+    let found = json(&["simulate", &file(&folder, "scene.json", scene), "--json"]);
+    assert_eq!(found["cycles"], 14);
+    assert_eq!(found["objects"][0]["moving"], false);
+    assert_eq!(found["events"][1], serde_json::json!(
+        {"cycle": 13, "time": 0.75, "id": 4, "kind": "arrived", "other": null}));
+}
+
+#[test]
+fn a_wrong_scene_is_bad_input_that_names_object_and_field() {
+    let folder = folder("bad_scene");
+    let check = |objects: &str, moves: &str, named: &[&str]| {
+        let scene = format!(r#"{{"bounds":[0,0,20,20],"objects":[{objects}],"moves":[{moves}]}}"#);
+        let error = fails(&["simulate", &file(&folder, "scene.json", &scene)], 3);
+        assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");
+    };
+    let one = r#"{"id":1,"x":2,"y":5,"r":0.5}"#;
+    check(&format!(r#"{one},{{"id":2,"x":2.9,"y":5,"r":0.5}}"#), "", &["object 2", "overlaps object 1"]);
+    check(&format!(r#"{one},{{"id":1,"x":9,"y":5,"r":0.5}}"#), "", &["object 1", "id"]);
+    check(r#"{"id":3,"x":0.4,"y":5,"r":0.5}"#, "", &["object 3", "overlaps a wall"]);
+    check(r#"{"id":3,"x":5,"y":25,"r":0.5}"#, "", &["object 3", "y is 25", "bounds"]);
+    check(r#"{"id":3,"x":5,"y":5,"r":0}"#, "", &["object 3", "r is 0", "positive"]);
+    check(r#"{"id":3,"x":5,"y":-0.0,"r":1}"#, "", &["object 3", "y is -0"]);
+    check(r#"{"id":3,"x":1e999,"y":5,"r":1}"#, "", &["objects[0].x", "out of range"]);
+    check(r#"{"id":3,"x":5,"y":5,"r":1,"mass":2}"#, "", &["objects[0].mass", "object 3"]);
+    check(r#"{"id":-3,"x":5,"y":5,"r":1}"#, "", &["objects[0].id"]);
+    check(one, r#"{"cycle":2,"id":7,"x":1,"y":1,"s":1}"#, &["cycle 2", "id 7"]);
+    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":-1}"#, &["object 1", "cycle 2", "s is -1"]);
+    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[1,0]}"#, &["object 1", "start"]);
+    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[3,1.5]}"#, &["object 1", "start", "1.5"]);
+    let error = fails(&["simulate", &file(&folder, "scene.json", r#"{"bounds":[0,0,0,1],"objects":[]}"#)], 3);
+    assert!(error.contains("bounds"), "{error}");
+}
+
+#[test]
+fn a_match_repeats_to_the_bit_and_its_replay_verifies() {
+    let folder = folder("match");
+    let replay = folder.join("match.replay").display().to_string();
+    let arguments = ["match", "--cycles", "150", "--bot", "random", "--seed", "9", "--json"];
+    let first = json(&[&arguments[..], &["--replay", &replay]].concat());
+    let second = json(&arguments);
+    assert_eq!(first["hash"], second["hash"]);
+    assert_eq!((&first["seed"], &first["cycles"], &first["replay"]), (&9.into(), &150.into(), &replay.clone().into()));
+    for key in ["scenario", "winner", "scores", "cycles_per_second"] {
+        assert!(first.get(key).is_some(), "{key} is not in {first}");
+    }
+    let verdict = json(&["replay", "verify", &replay, "--json"]);
+    assert_eq!((&verdict["verified"], &verdict["hash"]), (&true.into(), &first["hash"]));
+    let info = json(&["replay", "info", &replay, "--json"]);
+    assert_eq!(info["players"], serde_json::json!(["random", "straight"]));
+    assert_eq!(info["result"]["hash"], first["hash"]);
+    assert_ne!(json(&["match", "--cycles", "150", "--seed", "10", "--json"])["hash"], first["hash"]);
+}
+
+#[test]
+fn a_replay_that_was_cut_or_altered_is_bad_input_with_its_place() {
+    let folder = folder("bad_replay");
+    let replay = folder.join("match.replay");
+    json(&["match", "--cycles", "30", "--replay", &replay.display().to_string(), "--json"]);
+    let bytes = std::fs::read(&replay).expect("the replay is there");
+    let cut = folder.join("cut.replay");
+    std::fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).expect("the file can be written");
+    let error = fails(&["replay", "verify", &cut.display().to_string()], 3);
+    assert!(error.contains("cut.replay") && error.contains("byte") && error.contains("cycle"), "{error}");
+    let mut altered = bytes.clone();
+    let middle = altered.len() * 2 / 3;
+    altered[middle] ^= 1;
+    std::fs::write(&cut, &altered).expect("the file can be written");
+    let error = fails(&["replay", "verify", &cut.display().to_string()], 3);
+    assert!(error.contains("byte") && error.contains("cycle"), "{error}");
+    fails(&["replay", "info", "README.md"], 3);
+}
+
+#[test]
+fn a_match_over_tcp_ends_with_the_hash_of_the_headless_one() {
+    let real: Vec<PathBuf> = ["movingai/dao/arena.map", "tiled/tmw/maps/007-2.tmx"]
+        .map(|map| Path::new(REAL_MAPS).join(map))
+        .into_iter()
+        .filter(|map| {
+            let is_there = map.exists();
+            if !is_there {
+                eprintln!("SKIPPED: the real map {} is not there", map.display());
+            }
+            is_there
+        })
+        .collect();
+    let folder = folder("tcp");
+    let scenario = file(&folder, "short.toml", &short_scenario());
+    let mut maps = vec![Path::new(ROOT).join("maps/choke.tmx"), Path::new(ROOT).join("maps/rooms.map")];
+    maps.extend(real);
+    for map in maps {
+        let map = map.display().to_string();
+        let headless = json(&["match", &scenario, "--map", &map, "--bot", "random", "--seed", "3", "--json"]);
+        let (mut server, address, tokens) =
+            serve(&["--scenario", &scenario, "--map", &map, "--seed", "3", "--clock", "lockstep", "--once"]);
+        let bots: Vec<Child> = ["random", "straight"]
+            .iter()
+            .zip(&tokens)
+            .map(|(bot, token)| {
+                let mut command = maniple(&["bot", bot, "--connect", &address, "--token", token, "--seed", "3"]);
+                command.arg("--json").stdout(Stdio::piped()).spawn().expect("the bot runs")
+            })
+            .collect();
+        for bot in bots {
+            let output = bot.wait_with_output().expect("the bot ends");
+            let ended: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+            assert_eq!(ended["result"]["hash"], headless["hash"], "{map}");
+            assert_eq!(ended["result"]["scores"], headless["scores"], "{map}");
+        }
+        assert!(server.wait().expect("the server ends").success());
+    }
+}
+
+/// The shipped duel, cut to 200 cycles.
+fn short_scenario() -> String {
+    let duel = std::fs::read_to_string(Path::new(ROOT).join("config/scenarios/duel.toml")).expect("the duel");
+    let lines = duel.lines().map(|line| {
+        if line.starts_with("length_seconds") { "length_seconds = 25".to_owned() } else { line.to_owned() }
+    });
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// Starts a daemon on any free port; returns it, its address and the tokens of its seats.
+pub(crate) fn serve(arguments: &[&str]) -> (Child, String, Vec<String>) {
+    let all = [&["serve", "--listen", "127.0.0.1:0", "--json"], arguments].concat();
+    let mut server = maniple(&all).stdout(Stdio::piped()).spawn().expect("the server runs");
+    let mut lines = BufReader::new(server.stdout.take().expect("a pipe")).lines();
+    let line = lines.next().expect("the server says where it listens").expect("text");
+    let opened: Value = serde_json::from_str(&line).expect("JSON");
+    let seats = opened["seats"].as_array().expect("seats");
+    let tokens = seats.iter().map(|seat| seat["token"].as_str().expect("a token").to_owned()).collect();
+    // What it says at the end has to go somewhere.
+    std::thread::spawn(move || lines.for_each(drop));
+    (server, opened["address"].as_str().expect("an address").to_owned(), tokens)
+}
