@@ -55,9 +55,18 @@ fn file(folder: &Path, name: &str, text: &str) -> String {
 
 #[test]
 fn every_command_has_help_with_an_example() {
-    for command in ["map info", "map check", "map render", "simulate", "match", "serve", "bot", "replay info",
-        "replay verify", "replay render"]
-    {
+    for command in [
+        "map info",
+        "map check",
+        "map render",
+        "simulate",
+        "match",
+        "serve",
+        "bot",
+        "replay info",
+        "replay verify",
+        "replay render",
+    ] {
         let arguments: Vec<&str> = command.split(' ').chain(["--help"]).collect();
         let output = run(&arguments);
         let text = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -84,9 +93,17 @@ fn what_cannot_be_meant_is_a_usage_error() {
 fn map_info_prints_the_figures_of_a_map() {
     let info = json(&["map", "info", "maps/diamond.tmx", "--json"]);
     let keys: Vec<&str> = info.as_object().expect("an object").keys().map(String::as_str).collect();
-    for key in ["width", "height", "passable_tiles", "segments", "wall_length", "loops", "regions",
-        "largest_region_tiles", "spawns"]
-    {
+    for key in [
+        "width",
+        "height",
+        "passable_tiles",
+        "segments",
+        "wall_length",
+        "loops",
+        "regions",
+        "largest_region_tiles",
+        "spawns",
+    ] {
         assert!(keys.contains(&key), "{key} is not in {keys:?}");
     }
     assert_eq!((&info["width"], &info["height"], &info["spawns"]), (&40.into(), &40.into(), &4.into()));
@@ -185,8 +202,11 @@ fn without_cycles_a_scene_runs_until_all_rest() {
     let found = json(&["simulate", &file(&folder, "scene.json", scene), "--json"]);
     assert_eq!(found["cycles"], 14);
     assert_eq!(found["objects"][0]["moving"], false);
-    assert_eq!(found["events"][1], serde_json::json!(
-        {"cycle": 13, "time": 0.75, "id": 4, "kind": "arrived", "other": null}));
+    assert_eq!(
+        found["events"][1],
+        serde_json::json!(
+        {"cycle": 13, "time": 0.75, "id": 4, "kind": "arrived", "other": null})
+    );
 }
 
 #[test]
@@ -223,7 +243,10 @@ fn a_match_repeats_to_the_bit_and_its_replay_verifies() {
     let first = json(&[&arguments[..], &["--replay", &replay]].concat());
     let second = json(&arguments);
     assert_eq!(first["hash"], second["hash"]);
-    assert_eq!((&first["seed"], &first["cycles"], &first["replay"]), (&9.into(), &150.into(), &replay.clone().into()));
+    assert_eq!(
+        (&first["seed"], &first["cycles"], &first["replay"]),
+        (&9.into(), &150.into(), &replay.clone().into())
+    );
     for key in ["scenario", "winner", "scores", "cycles_per_second"] {
         assert!(first.get(key).is_some(), "{key} is not in {first}");
     }
@@ -280,7 +303,8 @@ fn a_match_over_tcp_ends_with_the_hash_of_the_headless_one() {
             .iter()
             .zip(&tokens)
             .map(|(bot, token)| {
-                let mut command = maniple(&["bot", bot, "--connect", &address, "--token", token, "--seed", "3"]);
+                let mut command =
+                    maniple(&["bot", bot, "--connect", &address, "--token", token, "--seed", "3"]);
                 command.arg("--json").stdout(Stdio::piped()).spawn().expect("the bot runs")
             })
             .collect();

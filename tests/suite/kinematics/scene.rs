@@ -162,11 +162,11 @@ impl Scene {
         let size = self.walls[1].segment.end.x;
         let segments: Vec<serde_json::Value> = self.walls[4..]
             .iter()
-            .map(|Wall { segment: Segment { start, end }, .. }| serde_json::json!([start.x, start.y, end.x, end.y]))
+            .map(|Wall { segment: Segment { start, end }, .. }| {
+                serde_json::json!([start.x, start.y, end.x, end.y])
+            })
             .collect();
-        let object = |&(id, center, r, _): &(u32, DVec2, f64, u32)| {
-            serde_json::json!({"id": id, "x": center.x, "y": center.y, "r": r})
-        };
+        let object = |&(id, center, r, _): &(u32, DVec2, f64, u32)| serde_json::json!({"id": id, "x": center.x, "y": center.y, "r": r});
         let order = |order: &Order| {
             let (goal, speed) = order.legs.first().copied().unwrap_or((DVec2::ONE, 0.0));
             let mut json = serde_json::json!(
