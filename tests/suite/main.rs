@@ -1,6 +1,8 @@
 //! The one test suite of the workspace. It is a target of the package of the command, so that cargo builds the binary
 //! that it runs.
 
+#![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 mod architecture;
 mod commands;
 mod kinematics;

@@ -95,7 +95,7 @@ fn point(random: &mut Random, size: f64) -> DVec2 {
 
 /// The magnitude of coordinates: small, ordinary, or far out.
 fn size(random: &mut Random) -> f64 {
-    [1e-3, 1.0, 100.0, 1e6, 1e9][random.below(5) as usize]
+    random.pick(&[1e-3, 1.0, 100.0, 1e6, 1e9])
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn circles_overlap_exactly_when_they_do() {
         let p = point(&mut random, size);
         let (r, s) = (random.between(0.1, 2.0), random.between(0.1, 2.0));
         // Pythagorean directions, so that touching exactly is possible.
-        let way = [(1.0, 0.0), (0.0, 1.0), (0.6, 0.8), (-0.28, 0.96)][random.below(4) as usize];
+        let way = random.pick(&[(1.0, 0.0), (0.0, 1.0), (0.6, 0.8), (-0.28, 0.96)]);
         let q = p + DVec2::from(way) * (r + s);
         let q = DVec2::new(nudged(&mut random, q.x), nudged(&mut random, q.y));
         let d = Exact::of(q).minus(&Exact::of(p));
@@ -140,7 +140,7 @@ fn a_circle_overlaps_a_segment_exactly_when_it_does() {
 /// Two pieces of which the second passes the first at about `reach`, aimed at the last bits.
 fn grazing(random: &mut Random, reach: f64) -> (Piece, Piece, (f64, f64)) {
     let size = size(random).min(1e6);
-    let times = [(0.0, 1.0), (0.0, 0.5), (0.25, 1.0)][random.below(3) as usize];
+    let times = random.pick(&[(0.0, 1.0), (0.0, 0.5), (0.25, 1.0)]);
     let since = |random: &mut Random| if random.chance(0.5) { 0.0 } else { times.0 * random.unit() };
     let w = point(random, 4.0);
     let normal = DVec2::new(-w.y, w.x) / w.dot(w).sqrt();

@@ -175,7 +175,9 @@ fn k4_the_bits_do_not_depend_on_threads_or_the_order_of_insertion() {
         }
         let mut shuffled = scene.clone();
         for place in (1..shuffled.objects.len()).rev() {
-            shuffled.objects.swap(place, random.below(place as u64 + 1) as usize);
+            shuffled
+                .objects
+                .swap(place, random.below(u32::try_from(place).expect("few objects") + 1) as usize);
         }
         assert_eq!(digests(&shuffled), expected, "shuffled, scene {number}");
     }

@@ -27,8 +27,14 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    pub(crate) fn below(&mut self, count: u64) -> u64 {
-        self.next() % count
+    /// A number in 0..count.
+    pub(crate) fn below(&mut self, count: u32) -> u32 {
+        u32::try_from(self.next() % u64::from(count)).expect("below a number of 32 bits")
+    }
+
+    /// One of the items.
+    pub(crate) fn pick<T: Copy>(&mut self, items: &[T]) -> T {
+        items[self.below(u32::try_from(items.len()).expect("few items")) as usize]
     }
 
     pub(crate) fn chance(&mut self, share: f64) -> bool {
@@ -207,7 +213,7 @@ impl Scene {
     pub(crate) fn random(random: &mut Random) -> Self {
         let stops = if random.chance(0.5) { Stops::Both } else { Stops::Approaching };
         let size = random.between(6.0, 30.0);
-        let mut scene = Self::boxed(size, stops).cycles(1 + random.below(10) as u32);
+        let mut scene = Self::boxed(size, stops).cycles(1 + random.below(10));
         // On a coarse lattice of places and speeds, ties and exact touches are common.
         let lattice = random.chance(0.4).then_some(0.5);
         for _ in 0..random.below(5) {
@@ -218,9 +224,9 @@ impl Scene {
         }
         let fast = random.chance(0.2);
         let several_layers = random.chance(0.2);
-        for id in 0..4 + random.below(40) as u32 {
+        for id in 0..4 + random.below(40) {
             let radius = if lattice.is_some() { 0.5 } else { random.between(0.1, 0.8) };
-            let layers = if several_layers { 1 + random.below(3) as u32 } else { 1 };
+            let layers = if several_layers { 1 + random.below(3) } else { 1 };
             let center = scene.place(random, lattice);
             let mut world = scene.world();
             if world.insert(ObjectId(id), Circle::new(center, radius), Layers(layers)).is_ok() {
@@ -228,8 +234,12 @@ impl Scene {
             }
         }
         let ids: Vec<u32> = scene.objects.iter().map(|object| object.0).collect();
-        for _ in 0..if ids.is_empty() { 0 } else { random.below(3 * ids.len() as u64 + 1) } {
-            let id = ids[random.below(ids.len() as u64) as usize];
+        for _ in 0..if ids.is_empty() {
+            0
+        } else {
+            random.below(3 * u32::try_from(ids.len()).expect("few ids") + 1)
+        } {
+            let id = random.pick(&ids);
             scene.orders.push(scene.random_order(random, id, (lattice, fast)));
         }
         scene.orders.sort_by_key(|order| order.cycle);
@@ -308,7 +318,7 @@ impl Scene {
     }
 
     fn random_order(&self, random: &mut Random, id: u32, (lattice, fast): (Option<f64>, bool)) -> Order {
-        let cycle = random.below(u64::from(self.cycles)) as u32;
+        let cycle = random.below(self.cycles);
         let legs = if random.chance(0.08) { 0 } else { 1 + random.below(3) };
         let speed = |random: &mut Random| {
             let speed = if fast { random.between(1.0, 60.0) } else { random.between(0.05, 3.0) };
@@ -317,7 +327,7 @@ impl Scene {
         let legs = (0..legs).map(|_| (self.place(random, lattice), speed(random))).collect::<Vec<_>>();
         let start = random.chance(0.3).then(|| {
             let fraction = if lattice.is_some() { 0.5 } else { random.unit() };
-            (cycle + random.below(3) as u32, fraction)
+            (cycle + random.below(3), fraction)
         });
         Order { cycle, id, queue: !legs.is_empty() && random.chance(0.4), legs, start }
     }

@@ -233,8 +233,8 @@ impl<'a> Twin<'a> {
             for id in failed {
                 let run = runs.get_mut(&id).unwrap();
                 if run.retreats == 0 && run.stopped.is_none() {
-                    let moving = run.parts.iter().filter(|part| part.piece.is_moving());
-                    run.end = moving.last().map_or(0.0, |part| part.piece.until);
+                    let mut moving = run.parts.iter().rev().filter(|part| part.piece.is_moving());
+                    run.end = moving.next().map_or(0.0, |part| part.piece.until);
                 }
                 let mut step = 2.0 * f64::EPSILON;
                 for _ in 0..run.retreats {

@@ -81,7 +81,7 @@ async fn serve(arguments: &Serve) -> Result<(), Failure> {
         // A signal that cannot be listened to must not end the match.
         let interrupted = async {
             if tokio::signal::ctrl_c().await.is_err() {
-                std::future::pending().await
+                std::future::pending::<()>().await;
             }
         };
         let Outcome { result, replay } = server.run(game, interrupted).await.map_err(Failure::failed)?;
