@@ -3,7 +3,9 @@
 use glam::DVec2;
 use maniple_geometry::limits::TINY;
 use maniple_geometry::{Circle, Cycle, Moment, NumberError, ObjectId};
-use maniple_kinematics::{Event, EventKind, InsertError, Layers, Leg, OrderError, Placement, Stops, World};
+use maniple_kinematics::{
+    Event, EventKind, InsertError, Layers, Leg, OrderError, Placement, Stops, WallError, World,
+};
 
 use super::scene::{Order, Random, Scene};
 
@@ -447,6 +449,31 @@ fn k9_bad_numbers_are_refused_by_name() {
     assert_eq!(go(6.0, 1.0, 1.5), bad("start", NumberError::TooLarge { value: 1.5, limit: 1.0 }));
     assert!(matches!(go(6.0, f64::NAN, 0.0), Err(OrderError::BadNumber { field: "s", .. })));
     assert_eq!(go(6.0, 1.0, 0.5), Ok(()));
+}
+
+#[test]
+fn k9_a_leg_that_ends_within_a_tiny_part_of_a_cycle_is_walked() {
+    under_both(
+        |stops| {
+            let mut scene = Scene::boxed(20.0, stops)
+                .object(1, (0.0, 5.0), 0.5)
+                .object(2, (1.0, 5.0), 0.5)
+                .go(0, 1, (1e-24, 5.0), 1e4);
+            scene.walls.clear();
+            scene
+        },
+        |world, events| {
+            assert_eq!(kinds(events, 1), [EventKind::Object]);
+            assert_eq!(at(world, 1), DVec2::new(0.0, 5.0));
+        },
+    );
+}
+
+#[test]
+fn k9_a_wall_without_length_is_refused() {
+    let scene = Scene::boxed(20.0, Stops::Both).wall((5.0, 6.0), (5.0, 6.0));
+    let refused = World::new(scene.limits, scene.stops, &scene.walls).map(|_| ());
+    assert_eq!(refused, Err(WallError::NoLength { index: 4, x: 5.0, y: 6.0 }));
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use glam::DVec2;
 use maniple_geometry::contact::{Mover, Window, circle_contact, is_advancing, segment_contact};
+use maniple_geometry::limits::TINY;
 use maniple_geometry::predicate::{circle_overlaps_segment, circles_overlap};
 use maniple_geometry::{Cycle, ObjectId, Piece, Scalar};
 use maniple_kinematics::{Event, EventKind, Stops, WallKind};
@@ -313,7 +314,11 @@ impl<'a> Twin<'a> {
                     Some(leg) if leg.goal != point => {
                         departing(point, (leg.goal, leg.speed), (self.cycle + 1, 0.0))
                     }
-                    Some(_) | None => Doing::resting(point, (self.cycle, run.end)),
+                    Some(_) => {
+                        tell(run.end, EventKind::Arrived, None, true);
+                        Doing::resting(point, (self.cycle, run.end))
+                    }
+                    None => Doing::resting(point, (self.cycle, run.end)),
                 };
                 object.waiting.drain(..part.used);
             }
@@ -343,7 +348,7 @@ fn parts(object: &Object, cycle: u32) -> Vec<Part> {
             Some(start) if start.0 == cycle => Some(f64::max(start.1, now)),
             Some(_) => None,
         };
-        let arrival = doing.leg.map(|leg| f64::max(leg.duration - doing.elapsed(cycle), now));
+        let arrival = doing.leg.map(|leg| (leg.duration - doing.elapsed(cycle)).max(now).max(TINY));
         let replacing = object.waiting.iter().enumerate().skip(used).find(|(_, waiting)| waiting.replaces);
         let replacing = replacing.and_then(|(index, waiting)| when(waiting).map(|time| (time, index)));
         let in_line = object.waiting.get(used).and_then(&when).map(|time| (time, used));
@@ -353,7 +358,7 @@ fn parts(object: &Object, cycle: u32) -> Vec<Part> {
                 let leg = doing.leg.unwrap();
                 push(&mut parts, point, doing, (now, arrival), (used, opening.take(), Some(leg.goal)));
                 point = leg.goal;
-                now = arrival.flushed();
+                now = arrival;
                 doing = Doing::resting(point, (cycle, now));
                 opening = Some(EventKind::Arrived);
                 continue;

@@ -13,7 +13,7 @@ use maniple_geometry::{Planar, Scalar};
 use crate::runner::Runner;
 use crate::solve::{Component, Setting, first_contact};
 
-/// How often an object can be pulled back before it is at its start: the steps are 2, 4, 8… roundoffs of the cycle,
+/// How often an object can be pulled back before it is at its start: the steps are 4, 8, 16… roundoffs of the cycle,
 /// and 2^53 of them are the whole of it.
 const RETREATS_MAX: u32 = 64;
 

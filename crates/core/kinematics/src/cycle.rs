@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::components::components;
 use crate::digest::chained;
-use crate::event::Event;
+use crate::event::{Event, EventKind};
 use crate::plan::Plan;
 use crate::runner::Runner;
 use crate::solve::{Component, Setting};
@@ -156,7 +156,16 @@ impl<S: Scalar> World<S> {
                             departure(point, course.leg, Moment::start_of(self.cycle.next()));
                         (motion, Some(course))
                     }
-                    (Some(point), _) => {
+                    (Some(point), course) => {
+                        // Pulled back by so little that the rounded point is the goal: it has arrived.
+                        self.events.extend(course.map(|_| Event {
+                            cycle: self.cycle,
+                            time: runner.end.to_f64(),
+                            object: runner.id,
+                            kind: EventKind::Arrived,
+                            other: None,
+                            rests: true,
+                        }));
                         let moment = Moment { cycle: self.cycle, fraction: runner.end.to_f64() };
                         (Motion::at_rest(point, moment), None)
                     }

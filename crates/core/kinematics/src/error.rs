@@ -16,6 +16,16 @@ pub enum WallError {
         /// What is wrong with it.
         problem: NumberError,
     },
+    /// A segment that starts where it ends.
+    #[error("segment {index} starts where it ends, in ({x}, {y}); leave it out")]
+    NoLength {
+        /// The place of the wall in the list.
+        index: usize,
+        /// The point, to the right.
+        x: f64,
+        /// The point, downwards.
+        y: f64,
+    },
 }
 
 /// An object that cannot be put into the world.

@@ -1,5 +1,6 @@
 //! The way that an object would go through one cycle if nothing were in it.
 
+use maniple_geometry::limits::TINY;
 use maniple_geometry::{Cycle, Moment, Motion, Piece, Planar, Scalar};
 
 use crate::event::EventKind;
@@ -61,7 +62,9 @@ impl<S: Scalar> Walk<'_, S> {
     }
 
     fn run(&mut self, course: Course<S>) -> bool {
-        let arrival = S::from_f64(course.duration - self.motion.from.until(self.cycle)).greater(self.time);
+        let left = S::from_f64(course.duration - self.motion.from.until(self.cycle));
+        // At the start of a cycle the way to the goal is never without time, so that what lies on it is asked.
+        let arrival = left.greater(self.time).greater(S::from_f64(TINY));
         if let Some((index, cut)) = self.next_replacement()
             && cut < arrival
         {
@@ -76,7 +79,7 @@ impl<S: Scalar> Walk<'_, S> {
         }
         self.push(arrival, Some(course.leg.goal));
         self.point = course.leg.goal;
-        self.time = arrival.flushed();
+        self.time = arrival;
         self.settle(EventKind::Arrived);
         true
     }

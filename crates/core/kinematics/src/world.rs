@@ -67,7 +67,7 @@ impl<S: Scalar> World<S> {
     /// Returns a world without objects, at cycle 0.
     ///
     /// # Errors
-    /// A wall with a coordinate that is out of the limits.
+    /// A wall with a coordinate that is out of the limits, or without length.
     pub fn new(limits: Limits, stops: Stops, walls: &[Wall<S>]) -> Result<Self, WallError> {
         let bound = S::from_f64(limits.coordinate_max());
         let (mut low, mut high) = (S::Vector::new(bound, bound), S::Vector::new(-bound, -bound));
@@ -387,6 +387,9 @@ fn check_wall<S: Scalar>(limits: &Limits, index: usize, wall: &Wall<S>) -> Resul
     let (start, end) = (wall.segment.start.to_dvec2(), wall.segment.end.to_dvec2());
     for (field, value) in [("x1", start.x), ("y1", start.y), ("x2", end.x), ("y2", end.y)] {
         limits.check_coordinate(value).map_err(|problem| WallError::BadNumber { index, field, problem })?;
+    }
+    if start == end {
+        return Err(WallError::NoLength { index, x: start.x, y: start.y });
     }
     Ok(())
 }
