@@ -10,88 +10,114 @@
 use maniple_geometry::predicate::{circle_overlaps_segment, circles_overlap};
 use maniple_geometry::{Planar, Scalar};
 
-use crate::runner::Runner;
-use crate::solve::{Component, Setting, first_contact};
+use crate::graph::Setting;
+use crate::runner::{Runner, Track};
+use crate::solve::{Solver, first_contact};
+use crate::track::Stage;
 
 /// How often an object can be pulled back before it is at its start: the steps are 4, 8, 16… roundoffs of the cycle,
 /// and 2^53 of them are the whole of it.
 const RETREATS_MAX: u32 = 64;
 
-impl<S: Scalar> Component<S> {
+impl<S: Scalar> Solver<S> {
     /// Pulls objects back until none overlaps another or a wall.
     ///
     /// Each round looks at the state that the round before has left and pulls back all that fail at once, so that the
     /// result does not depend on any order.
-    pub(crate) fn certify(&mut self, setting: &Setting<'_, S>, neighbours: &[Vec<u32>]) {
-        let mut suspects: Vec<u32> = (0u32..).zip(&self.edges).map(|(edge, _)| edge).collect();
-        let mut near_walls = self.walls.clone();
-        loop {
-            let mut failed: Vec<u32> = Vec::new();
-            for &edge in &suspects {
-                self.judge(edge, setting, &mut failed);
+    pub(crate) fn certify(&mut self, setting: &Setting<'_, S>) {
+        self.failed.clear();
+        for edge in 0..self.edges.len() {
+            self.judge(self.edges[edge], setting.skin);
+        }
+        for runner in (0u32..).take(self.runners.len()) {
+            let this = &self.runners[runner as usize];
+            let is_suspect =
+                this.ends_near || this.halt.is_some() || matches!(this.track, Track::Turning(..));
+            if is_suspect && overlaps_anything_at_rest(this, setting) {
+                self.failed.push(runner);
             }
-            failed
-                .extend(near_walls.iter().filter(|&&near| self.is_in_wall(near, setting)).map(|near| near.0));
-            if failed.is_empty() {
-                return;
-            }
-            failed.sort_unstable();
-            failed.dedup();
+        }
+        while !self.failed.is_empty() {
+            self.failed.sort_unstable();
+            self.failed.dedup();
+            self.suspects.clear();
+            let mut failed = std::mem::take(&mut self.failed);
             for &runner in &failed {
-                self.runners[runner as usize].retreat();
-                assert!(self.runners[runner as usize].retreats <= RETREATS_MAX, "retreats reach the start");
+                let this = &mut self.runners[runner as usize];
+                this.retreat(&self.arena);
+                assert!(this.retreats <= RETREATS_MAX, "retreats reach the start");
             }
-            suspects =
-                failed.iter().flat_map(|&runner| neighbours[runner as usize].iter().copied()).collect();
+            let mut suspects = std::mem::take(&mut self.suspects);
+            suspects.extend(failed.iter().flat_map(|&runner| self.links_of(runner)));
             suspects.sort_unstable();
             suspects.dedup();
-            near_walls =
-                self.walls.iter().filter(|near| failed.binary_search(&near.0).is_ok()).copied().collect();
+            let pulled_back = failed.len();
+            std::mem::swap(&mut self.failed, &mut failed);
+            for &edge in &suspects {
+                self.judge(self.edges[edge as usize], setting.skin);
+            }
+            for index in 0..pulled_back {
+                let runner = self.failed[index];
+                if overlaps_anything_at_rest(&self.runners[runner as usize], setting) {
+                    self.failed.push(runner);
+                }
+            }
+            self.failed.drain(..pulled_back);
+            self.suspects = suspects;
         }
     }
 
     /// Adds who of a pair has to be pulled back, if it fails.
-    fn judge(&self, edge: u32, setting: &Setting<'_, S>, failed: &mut Vec<u32>) {
-        let (a, b) = self.edges[edge as usize];
+    fn judge(&mut self, (a, b): (u32, u32), skin: S) {
         let (first, second) = (&self.runners[a as usize], &self.runners[b as usize]);
-        let (p, q) = (first.final_position(setting.cycle), second.final_position(setting.cycle));
-        if circles_overlap::<S>(p, first.radius, q, second.radius) {
+        if circles_overlap::<S>(first.last, first.radius, second.last, second.radius) {
             let advances = |runner: &Runner<S>, way: S::Vector| {
-                runner.can_retreat() && runner.stage_at(runner.end).motion.velocity.dot(way) > S::ZERO
+                runner.can_retreat(&self.arena)
+                    && runner.motion_at(runner.end, &self.arena).velocity.dot(way) > S::ZERO
             };
-            let (one, other) = (advances(first, q - p), advances(second, p - q));
-            if one || other {
-                failed.extend(one.then_some(a));
-                failed.extend(other.then_some(b));
+            let (one, other) =
+                (advances(first, second.last - first.last), advances(second, first.last - second.last));
+            let (one, other) = if one || other {
+                (one, other)
             } else {
-                failed.extend(first.can_retreat().then_some(a));
-                failed.extend(second.can_retreat().then_some(b));
-            }
-            assert!(first.can_retreat() || second.can_retreat(), "the state before the cycle was valid");
+                (first.can_retreat(&self.arena), second.can_retreat(&self.arena))
+            };
+            assert!(one || other, "the state before the cycle was valid");
+            self.failed.extend(one.then_some(a));
+            self.failed.extend(other.then_some(b));
             return;
         }
-        if first.retreats + second.retreats > 0 && passes_through(first, second, setting.skin) {
+        if first.retreats + second.retreats > 0 && passes_through(first, second, skin, &self.arena) {
             // Who was pulled back rests in the other's way; the other must not have passed.
             let later = if first.end > second.end { a } else { b };
-            failed.push(later);
+            self.failed.push(later);
         }
     }
+}
 
-    fn is_in_wall(&self, (runner, wall): (u32, u32), setting: &Setting<'_, S>) -> bool {
-        let this = &self.runners[runner as usize];
-        let segment = &setting.walls[wall as usize].segment;
-        circle_overlaps_segment(this.final_position(setting.cycle), this.radius, segment)
-    }
+/// Whether a runner, at the end of the cycle, overlaps a wall or an object at rest.
+fn overlaps_anything_at_rest<S: Scalar>(runner: &Runner<S>, setting: &Setting<'_, S>) -> bool {
+    let (center, reach) = (runner.last.to_dvec2(), (runner.radius + setting.objects.margin).to_f64());
+    let mut overlaps = false;
+    setting.walls.near(center, reach, |wall| {
+        overlaps |= wall.layers.share(runner.layers)
+            && circle_overlaps_segment(runner.last, runner.radius, &wall.segment);
+    });
+    setting.resting.near(center, reach, |slot| {
+        let state = &setting.objects.states[slot as usize];
+        overlaps |= setting.objects.layers[slot as usize].share(runner.layers)
+            && circles_overlap::<S>(runner.last, runner.radius, state.start, state.radius);
+    });
+    overlaps
 }
 
 /// Whether one of two passes through the other after that was pulled back to its final place, deeper than rounding
 /// explains: nearer than touching by more than half a skin.
-fn passes_through<S: Scalar>(first: &Runner<S>, second: &Runner<S>, skin: S) -> bool {
+fn passes_through<S: Scalar>(first: &Runner<S>, second: &Runner<S>, skin: S, arena: &[Stage<S>]) -> bool {
     let from = first.end.lesser(second.end);
     if from >= S::ONE {
         return false;
     }
-    let shrunk =
-        |runner: &Runner<S>| Runner { radius: runner.radius - skin * S::from_f64(0.25), ..runner.clone() };
-    first_contact(&shrunk(first), &shrunk(second), from, S::ZERO).is_some()
+    let shrunk = |runner: &Runner<S>| Runner { radius: runner.radius - skin * S::from_f64(0.25), ..*runner };
+    first_contact(&shrunk(first), &shrunk(second), (from, S::ZERO), arena).is_some()
 }

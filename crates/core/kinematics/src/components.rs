@@ -1,53 +1,278 @@
-//! Connected components of the motion-sphere intersection graph.
+//! Connected components of the motion-sphere intersection graph, and what lies in each in which something may happen.
 
-/// Returns for each of `count` nodes the number of its component, and how many there are; components are numbered in
-/// the order of their first nodes.
-///
-/// Union-find with path halving, always towards the smaller node (Tarjan and van Leeuwen 1984): near-linear in the
-/// number of edges.
-pub(crate) fn components(count: usize, edges: &[(u32, u32)]) -> (Vec<u32>, usize) {
-    let nodes = 0..u32::try_from(count).expect("objects have u32 ids");
-    let mut parent: Vec<u32> = nodes.clone().collect();
-    for &(a, b) in edges {
-        let (a, b) = (root(&mut parent, a), root(&mut parent, b));
-        let (small, large) = if a < b { (a, b) } else { (b, a) };
-        parent[large as usize] = small;
-    }
-    let mut number = vec![0; count];
-    let mut found = 0;
-    for node in nodes {
-        let top = root(&mut parent, node);
-        if top == node {
-            number[node as usize] = found;
-            found += 1;
-        } else {
-            number[node as usize] = number[top as usize];
+use maniple_geometry::Scalar;
+
+use crate::graph::{Edge, FixedHit, Graph};
+
+/// As a mark or a place: none yet.
+const NONE: u32 = u32::MAX;
+
+/// The components in which something may happen: a collision, a turn, or an end so close to something that it has to
+/// be certified. In all others everybody goes straight on, and nothing is done for them.
+#[derive(Clone, Debug)]
+pub(crate) struct Components<S: Scalar> {
+    /// For each node another one of its component, nearer to the root, which is its own parent.
+    parents: Vec<u32>,
+    /// For each root the number of its component, if something may happen there.
+    marks: Vec<u32>,
+    /// For each node its place in its component.
+    places: Vec<u32>,
+    /// How many components there are, those in which nothing happens included.
+    pub(crate) count: usize,
+    /// The nodes of each.
+    pub(crate) nodes: Grouped<u32>,
+    /// The pairs of each whose spheres intersect, as places.
+    pub(crate) edges: Grouped<Edge>,
+    /// Collisions ahead of pairs, as places.
+    pub(crate) hits: Grouped<(Edge, S)>,
+    /// Collisions ahead with something at rest; the node is a place.
+    pub(crate) fixed: Grouped<FixedHit<S>>,
+    /// Places of those who end near something at rest, or turn.
+    pub(crate) watched: Grouped<u32>,
+}
+
+impl<S: Scalar> Components<S> {
+    pub(crate) fn new() -> Self {
+        Self {
+            parents: Vec::new(),
+            marks: Vec::new(),
+            places: Vec::new(),
+            count: 0,
+            nodes: Grouped::default(),
+            edges: Grouped::default(),
+            hits: Grouped::default(),
+            fixed: Grouped::default(),
+            watched: Grouped::default(),
         }
     }
-    (number, found as usize)
-}
 
-fn root(parent: &mut [u32], mut node: u32) -> u32 {
-    while parent[node as usize] != node {
-        let above = parent[parent[node as usize] as usize];
-        parent[node as usize] = above;
-        node = above;
+    /// Finds the components of so many nodes.
+    pub(crate) fn find(&mut self, nodes: usize, graphs: &[Graph<S>]) {
+        self.parents.clear();
+        self.parents.extend(0..u32::try_from(nodes).expect("objects have u32 ids"));
+        self.count = nodes;
+        for &(a, b) in graphs.iter().flat_map(|graph| &graph.edges) {
+            self.count -= usize::from(self.join(a, b));
+        }
+        self.mark(nodes, graphs);
+        self.group(graphs);
     }
-    node
+
+    /// Returns the number of nodes in the largest component.
+    pub(crate) fn largest(&self) -> usize {
+        let mut sizes = vec![0; self.parents.len()];
+        for node in (0u32..).take(self.parents.len()) {
+            sizes[self.root(node) as usize] += 1;
+        }
+        sizes.into_iter().max().unwrap_or(0)
+    }
+
+    /// Gives numbers to the components in which something may happen.
+    fn mark(&mut self, nodes: usize, graphs: &[Graph<S>]) {
+        self.marks.clear();
+        self.marks.resize(nodes, NONE);
+        let mut marked = 0;
+        for graph in graphs {
+            let pairs = graph.hits.iter().map(|hit| hit.0.0).chain(graph.close.iter().map(|edge| edge.0));
+            let lone = graph.fixed.iter().map(|hit| hit.node).chain(graph.watched.iter().copied());
+            for node in pairs.chain(lone) {
+                let root = self.root_halving(node);
+                let mark = &mut self.marks[root as usize];
+                if *mark == NONE {
+                    *mark = marked;
+                    marked += 1;
+                }
+            }
+        }
+        self.nodes.begin(marked as usize);
+        self.edges.begin(marked as usize);
+        self.hits.begin(marked as usize);
+        self.fixed.begin(marked as usize);
+        self.watched.begin(marked as usize);
+        self.places.clear();
+        self.places.resize(nodes, NONE);
+    }
+
+    fn group(&mut self, graphs: &[Graph<S>]) {
+        for graph in graphs {
+            for &(a, b) in &graph.edges {
+                let mark = self.mark_of(a);
+                if mark != NONE {
+                    self.edges.count(mark);
+                    self.take_place(a, mark);
+                    self.take_place(b, mark);
+                }
+            }
+            for hit in &graph.hits {
+                let mark = self.mark_of(hit.0.0);
+                self.hits.count(mark);
+            }
+            for hit in &graph.fixed {
+                let mark = self.mark_of(hit.node);
+                self.fixed.count(mark);
+                self.take_place(hit.node, mark);
+            }
+            for &node in &graph.watched {
+                let mark = self.mark_of(node);
+                self.watched.count(mark);
+                self.take_place(node, mark);
+            }
+        }
+        self.nodes.lay_out(0);
+        self.edges.lay_out((0, 0));
+        self.hits.lay_out(((0, 0), S::ZERO));
+        let nobody = crate::runner::Halt { kind: crate::event::EventKind::Edge, other: None };
+        self.fixed.lay_out(FixedHit { node: 0, time: S::ZERO, halt: nobody });
+        self.watched.lay_out(0);
+        for graph in graphs {
+            for &(a, b) in &graph.edges {
+                let mark = self.mark_of(a);
+                if mark != NONE {
+                    self.seat(a, mark);
+                    self.seat(b, mark);
+                    self.edges.push(mark, self.as_places((a, b)));
+                }
+            }
+            for &(edge, time) in &graph.hits {
+                self.hits.push(self.mark_of_seated(edge.0), (self.as_places(edge), time));
+            }
+            for hit in &graph.fixed {
+                let mark = self.mark_of(hit.node);
+                self.seat(hit.node, mark);
+                self.fixed.push(mark, FixedHit { node: self.places[hit.node as usize], ..*hit });
+            }
+            for &node in &graph.watched {
+                let mark = self.mark_of(node);
+                self.seat(node, mark);
+                self.watched.push(mark, self.places[node as usize]);
+            }
+        }
+        self.nodes.close();
+    }
+
+    fn take_place(&mut self, node: u32, mark: u32) {
+        if self.places[node as usize] == NONE {
+            self.places[node as usize] = self.nodes.count(mark);
+        }
+    }
+
+    fn seat(&mut self, node: u32, mark: u32) {
+        self.nodes.set(mark, self.places[node as usize], node);
+    }
+
+    fn as_places(&self, (a, b): Edge) -> Edge {
+        (self.places[a as usize], self.places[b as usize])
+    }
+
+    fn mark_of(&mut self, node: u32) -> u32 {
+        let root = self.root_halving(node);
+        self.marks[root as usize]
+    }
+
+    fn mark_of_seated(&self, node: u32) -> u32 {
+        self.marks[self.root(node) as usize]
+    }
+
+    /// Joins the components of two nodes; returns whether they were two. Union-find with path halving, always towards
+    /// the smaller node (Tarjan and van Leeuwen 1984): near-linear in the number of edges.
+    fn join(&mut self, a: u32, b: u32) -> bool {
+        let (a, b) = (self.root_halving(a), self.root_halving(b));
+        let (small, large) = if a < b { (a, b) } else { (b, a) };
+        self.parents[large as usize] = small;
+        small != large
+    }
+
+    fn root_halving(&mut self, mut node: u32) -> u32 {
+        while self.parents[node as usize] != node {
+            let above = self.parents[self.parents[node as usize] as usize];
+            self.parents[node as usize] = above;
+            node = above;
+        }
+        node
+    }
+
+    fn root(&self, mut node: u32) -> u32 {
+        while self.parents[node as usize] != node {
+            node = self.parents[node as usize];
+        }
+        node
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<u32>() * (self.parents.capacity() + self.marks.capacity() + self.places.capacity())
+            + self.nodes.bytes()
+            + self.edges.bytes()
+            + self.hits.bytes()
+            + self.fixed.bytes()
+            + self.watched.bytes()
+    }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Items in groups, those of a group one behind the other: a counting sort that is done in two passes from outside.
+#[derive(Clone, Debug)]
+pub(crate) struct Grouped<T> {
+    /// For each group where it begins; while items are put in, where the next one goes.
+    starts: Vec<u32>,
+    items: Vec<T>,
+}
 
-    #[test]
-    fn nodes_are_in_one_component_when_a_path_joins_them() {
-        let check = |count, edges: &[(u32, u32)], expected: &[u32]| {
-            assert_eq!(components(count, edges).0, expected, "{edges:?}");
-        };
-        check(0, &[], &[]);
-        check(3, &[], &[0, 1, 2]);
-        check(4, &[(0, 3), (3, 1)], &[0, 0, 1, 0]);
-        check(5, &[(4, 3), (2, 1), (3, 2)], &[0, 1, 1, 1, 1]);
+impl<T> Default for Grouped<T> {
+    fn default() -> Self {
+        Self { starts: vec![0], items: Vec::new() }
+    }
+}
+
+impl<T: Copy> Grouped<T> {
+    /// Returns how many groups there are.
+    pub(crate) fn groups(&self) -> usize {
+        self.starts.len().saturating_sub(2)
+    }
+
+    /// Returns the items of a group.
+    pub(crate) fn group(&self, group: usize) -> &[T] {
+        &self.items[self.starts[group] as usize..self.starts[group + 1] as usize]
+    }
+
+    fn begin(&mut self, groups: usize) {
+        self.starts.clear();
+        self.starts.resize(groups + 2, 0);
+    }
+
+    /// Announces an item; returns how many of the group came before it.
+    fn count(&mut self, group: u32) -> u32 {
+        let count = &mut self.starts[group as usize + 2];
+        *count += 1;
+        *count - 1
+    }
+
+    fn lay_out(&mut self, filler: T) {
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        self.items.clear();
+        self.items.resize(sum as usize, filler);
+    }
+
+    fn push(&mut self, group: u32, item: T) {
+        let place = &mut self.starts[group as usize + 1];
+        self.items[*place as usize] = item;
+        *place += 1;
+    }
+
+    /// Puts an item into a place of its group, in groups that are not pushed to.
+    fn set(&mut self, group: u32, place: u32, item: T) {
+        self.items[(self.starts[group as usize + 1] + place) as usize] = item;
+    }
+
+    /// Ends a filling by [`Grouped::set`], which does not move the ends of groups on as pushing does.
+    fn close(&mut self) {
+        self.starts.copy_within(1.., 0);
+    }
+
+    fn bytes(&self) -> usize {
+        size_of::<u32>() * self.starts.capacity() + size_of::<T>() * self.items.capacity()
     }
 }

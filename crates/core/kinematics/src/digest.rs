@@ -18,7 +18,7 @@ pub fn chained(before: u64, cycle: Cycle, sum: u64) -> u64 {
 }
 
 /// The hash of all that decides what an object will do.
-pub(crate) fn object_hash<S: Scalar>(id: ObjectId, (radius, layers): (S, Layers), plan: &Plan<S>) -> u64 {
+pub(crate) fn object_hash<S: Scalar>(id: ObjectId, (radius, layers): (S, Layers), plan: &Plan<'_, S>) -> u64 {
     let mut bytes = Vec::with_capacity(128);
     bytes.extend(id.0.to_le_bytes());
     put(&mut bytes, radius);
@@ -32,7 +32,7 @@ pub(crate) fn object_hash<S: Scalar>(id: ObjectId, (radius, layers): (S, Layers)
             bytes.extend(course.duration.to_le_bytes());
         }
     }
-    for planned in &plan.queue {
+    for planned in plan.queue {
         put_planned(&mut bytes, planned);
     }
     XxHash3_64::oneshot(&bytes)

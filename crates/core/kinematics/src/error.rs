@@ -3,6 +3,8 @@
 use maniple_geometry::{Cycle, NumberError, ObjectId};
 use thiserror::Error;
 
+use crate::wall::WallId;
+
 /// A wall that cannot be built.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum WallError {
@@ -26,6 +28,12 @@ pub enum WallError {
         /// The point, downwards.
         y: f64,
     },
+    /// It would lie in an object.
+    #[error("the segment would lie in object {other}; move one of them away")]
+    OverlapsObject {
+        /// The object with the smallest id of those that it would lie in.
+        other: ObjectId,
+    },
 }
 
 /// An object that cannot be put into the world.
@@ -39,6 +47,9 @@ pub enum InsertError {
         /// What is wrong with it.
         problem: NumberError,
     },
+    /// There is no object with this id to be put somewhere else.
+    #[error("there is no such object")]
+    UnknownObject,
     /// The id is taken.
     #[error("there is an object with this id already; give each its own")]
     DuplicateId,
@@ -88,10 +99,10 @@ pub enum OrderError {
 }
 
 /// A breach of the promise that nothing overlaps, found by [`crate::World::overlaps`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Overlap {
     /// Two objects.
     Objects(ObjectId, ObjectId),
-    /// An object and the wall with this place in the list.
-    Wall(ObjectId, usize),
+    /// An object and a wall.
+    Wall(ObjectId, WallId),
 }

@@ -1,6 +1,6 @@
 //! An object in the cycle that is being solved.
 
-use maniple_geometry::{Cycle, ObjectId, Piece, Planar, Scalar};
+use maniple_geometry::{Motion, ObjectId, Piece, Scalar};
 
 use crate::event::EventKind;
 use crate::track::Stage;
@@ -31,38 +31,47 @@ impl Halt {
     }
 }
 
+/// The way that an object would go through the cycle if nothing were in it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Track<S: Scalar> {
+    /// One piece from 0 to 1, of a motion that goes on.
+    Straight {
+        /// Where the object is at 0.
+        point: S::Vector,
+        motion: Motion<S>,
+    },
+    /// Stages of the arena, from one place to another.
+    Turning(u32, u32),
+}
+
 /// An object in the cycle that is being solved: its track, and how far it follows it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Runner<S: Scalar> {
     /// The place of the object in the world's arrays.
-    pub(crate) slot: usize,
+    pub(crate) slot: u32,
     pub(crate) id: ObjectId,
     pub(crate) radius: S,
     pub(crate) layers: Layers,
-    pub(crate) stages: Vec<Stage<S>>,
+    pub(crate) track: Track<S>,
+    /// Where it will be at the end of the cycle.
+    pub(crate) last: S::Vector,
     /// Until when the object follows its track; 1 unless it was stopped or pulled back.
     pub(crate) end: S,
-    /// Where it is from then on, if it does not follow its track to the end.
-    pub(crate) held: Option<S::Vector>,
+    /// Whether it stays at `last` from `end` on, since it does not follow its track to the end.
+    pub(crate) is_held: bool,
     pub(crate) halt: Option<Halt>,
     /// How often it was pulled back.
     pub(crate) retreats: u32,
+    /// Whether its track ends so near to something at rest that the certificate has to ask.
+    pub(crate) ends_near: bool,
 }
 
 impl<S: Scalar> Runner<S> {
-    pub(crate) fn new(
-        slot: usize,
-        id: ObjectId,
-        (radius, layers): (S, Layers),
-        stages: Vec<Stage<S>>,
-    ) -> Self {
-        Self { slot, id, radius, layers, stages, end: S::ONE, held: None, halt: None, retreats: 0 }
-    }
-
     /// Stops the object at a time, at the rounded point of its track.
-    pub(crate) fn stop(&mut self, time: S, halt: Halt) {
+    pub(crate) fn stop(&mut self, time: S, halt: Halt, arena: &[Stage<S>]) {
         assert!(self.halt.is_none(), "an object collides at most once a cycle");
-        self.held = Some(self.stage_at(time).piece.position(time));
+        self.last = self.piece_at(time, arena).position(time);
+        self.is_held = true;
         self.end = time;
         self.halt = Some(halt);
     }
@@ -72,71 +81,126 @@ impl<S: Scalar> Runner<S> {
     ///
     /// # Panics
     /// Where it is there already.
-    pub(crate) fn retreat(&mut self) {
-        assert!(self.can_retreat(), "an object at its start cannot be pulled back");
-        let base = if self.retreats == 0 && self.halt.is_none() { self.rest_begins() } else { self.end };
+    pub(crate) fn retreat(&mut self, arena: &[Stage<S>]) {
+        assert!(self.can_retreat(arena), "an object at its start cannot be pulled back");
+        let base = if self.retreats == 0 && self.halt.is_none() { self.rest_begins(arena) } else { self.end };
         let step = (0..self.retreats).fold(S::from_f64(4.0) * S::ROUNDOFF, |step, _| step + step);
         self.retreats += 1;
         let end = (base - step).greater(S::ZERO).flushed();
-        let stage = self.stage_at(end);
-        self.held = Some(stage.piece.position(end));
+        self.last = self.piece_at(end, arena).position(end);
+        self.is_held = true;
         self.end = end;
     }
 
     /// Returns whether the object is not where it was at the start of the cycle.
-    pub(crate) fn can_retreat(&self) -> bool {
-        self.end > S::ZERO && self.stages.iter().any(|stage| stage.piece.is_moving())
+    pub(crate) fn can_retreat(&self, arena: &[Stage<S>]) -> bool {
+        self.end > S::ZERO && self.rest_begins(arena) > S::ZERO
     }
 
     /// Returns whether the object moves at a time, the instant of a stop or arrival excluded.
-    pub(crate) fn is_moving(&self, time: S) -> bool {
-        self.live(time).is_moving()
+    pub(crate) fn is_moving(&self, time: S, arena: &[Stage<S>]) -> bool {
+        self.live(time, arena).is_moving()
     }
 
     /// Returns the piece that the object is on from a time on.
-    pub(crate) fn live(&self, time: S) -> Piece<S> {
-        match self.held {
-            Some(point) if time >= self.end => Piece::at_rest(point, self.end, S::ONE),
-            Some(_) | None => self.stage_at(time).piece,
+    pub(crate) fn live(&self, time: S, arena: &[Stage<S>]) -> Piece<S> {
+        if self.is_held && time >= self.end {
+            Piece::at_rest(self.last, self.end, S::ONE)
+        } else {
+            self.piece_at(time, arena)
         }
     }
 
     /// Returns the pieces that the object passes from a time on.
-    pub(crate) fn pieces_from(&self, time: S) -> impl Iterator<Item = Piece<S>> + '_ {
-        let held = self.held.map(|point| Piece::at_rest(point, self.end, S::ONE));
-        let end = if held.is_some() { self.end } else { S::ONE };
-        let passed = self
-            .stages
-            .iter()
-            .map(|stage| stage.piece)
-            .filter(move |piece| piece.until > time && piece.since < end);
-        let clipped = passed.map(move |piece| clip(piece, end));
-        clipped.chain(held)
-    }
-
-    /// Returns where the object is at the end of the cycle.
-    pub(crate) fn final_position(&self, cycle: Cycle) -> S::Vector {
-        match self.held {
-            Some(point) => point,
-            None => self.last().motion.position(cycle.next()).flushed(),
+    pub(crate) fn pieces_from<'a>(&self, time: S, arena: &'a [Stage<S>]) -> Pieces<'a, S> {
+        let end = if self.is_held { self.end } else { S::ONE };
+        let held = self.is_held.then(|| Piece::at_rest(self.last, self.end, S::ONE));
+        match self.track {
+            Track::Straight { point, motion } => {
+                Pieces { time, end, straight: Some(straight(point, &motion)), stages: &[], held }
+            }
+            Track::Turning(..) => Pieces { time, end, straight: None, stages: self.stages(arena), held },
         }
     }
 
-    /// Returns the stage that holds at a time: the last that has begun.
-    pub(crate) fn stage_at(&self, time: S) -> &Stage<S> {
-        let begun = self.stages.partition_point(|stage| stage.piece.since <= time);
-        &self.stages[begun.saturating_sub(1)]
+    /// Returns the motion that the object is on at a time.
+    pub(crate) fn motion_at(&self, time: S, arena: &[Stage<S>]) -> Motion<S> {
+        match self.track {
+            Track::Straight { motion, .. } => motion,
+            Track::Turning(..) => stage_at(self.stages(arena), time).motion,
+        }
     }
 
-    fn last(&self) -> &Stage<S> {
-        &self.stages[self.stages.len() - 1]
+    /// Returns the stages of a track that turns.
+    pub(crate) fn stages<'a>(&self, arena: &'a [Stage<S>]) -> &'a [Stage<S>] {
+        match self.track {
+            Track::Straight { .. } => &[],
+            Track::Turning(from, to) => &arena[from as usize..to as usize],
+        }
+    }
+
+    fn piece_at(&self, time: S, arena: &[Stage<S>]) -> Piece<S> {
+        match self.track {
+            Track::Straight { point, motion } => straight(point, &motion),
+            Track::Turning(..) => stage_at(self.stages(arena), time).piece,
+        }
     }
 
     /// When the object has come to rest for the remainder of the cycle.
-    fn rest_begins(&self) -> S {
-        let moving = self.stages.iter().rev().find(|stage| stage.piece.is_moving());
-        moving.map_or(S::ZERO, |stage| stage.piece.until)
+    fn rest_begins(&self, arena: &[Stage<S>]) -> S {
+        match self.track {
+            Track::Straight { .. } => S::ONE,
+            Track::Turning(..) => {
+                let moving = self.stages(arena).iter().rev().find(|stage| stage.piece.is_moving());
+                moving.map_or(S::ZERO, |stage| stage.piece.until)
+            }
+        }
     }
+}
+
+/// The pieces that an object passes, in the order of time.
+#[derive(Clone, Debug)]
+pub(crate) struct Pieces<'a, S: Scalar> {
+    time: S,
+    /// When the object stops to follow its track.
+    end: S,
+    straight: Option<Piece<S>>,
+    stages: &'a [Stage<S>],
+    held: Option<Piece<S>>,
+}
+
+impl<S: Scalar> Iterator for Pieces<'_, S> {
+    type Item = Piece<S>;
+
+    fn next(&mut self) -> Option<Piece<S>> {
+        loop {
+            let piece = match self.straight.take() {
+                Some(piece) => piece,
+                None => match self.stages.split_first() {
+                    Some((stage, rest)) => {
+                        self.stages = rest;
+                        stage.piece
+                    }
+                    None => return self.held.take(),
+                },
+            };
+            if piece.until > self.time && piece.since < self.end {
+                return Some(clip(piece, self.end));
+            }
+        }
+    }
+}
+
+/// Returns the stage that holds at a time: the last that has begun.
+pub(crate) fn stage_at<S: Scalar>(stages: &[Stage<S>], time: S) -> &Stage<S> {
+    let begun = stages.partition_point(|stage| stage.piece.since <= time);
+    &stages[begun.saturating_sub(1)]
+}
+
+/// Returns the piece of a motion that goes on for the whole cycle, from the point where the object is at its start.
+#[inline]
+pub(crate) fn straight<S: Scalar>(point: S::Vector, motion: &Motion<S>) -> Piece<S> {
+    Piece { point, velocity: motion.velocity, since: S::ZERO, until: S::ONE, goal: None }
 }
 
 /// A piece whose end was cut off loses its goal.

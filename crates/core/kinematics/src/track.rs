@@ -18,12 +18,12 @@ pub(crate) struct Stage<S: Scalar> {
     pub(crate) opening: Option<EventKind>,
 }
 
-/// Returns the stages of a plan in a cycle: they follow each other without a gap from 0 to 1, so that time left over
-/// at a waypoint goes into the next leg.
+/// Adds the stages of a plan in a cycle to a list: they follow each other without a gap from 0 to 1, so that time left
+/// over at a waypoint goes into the next leg.
 ///
 /// Each round takes or drops a waiting leg, ends one, or ends the cycle, so there are at most two for each leg of
 /// the plan and one more.
-pub(crate) fn stages<S: Scalar>(plan: &Plan<S>, cycle: Cycle) -> Vec<Stage<S>> {
+pub(crate) fn add_stages<S: Scalar>(plan: &Plan<'_, S>, cycle: Cycle, stages: &mut Vec<Stage<S>>) {
     let mut walk = Walk {
         plan,
         cycle,
@@ -33,15 +33,14 @@ pub(crate) fn stages<S: Scalar>(plan: &Plan<S>, cycle: Cycle) -> Vec<Stage<S>> {
         course: plan.course,
         consumed: 0,
         opening: None,
-        stages: Vec::with_capacity(1),
+        stages,
     };
     while walk.advance() {}
-    walk.stages
 }
 
 /// A walk along a plan through one cycle.
 struct Walk<'a, S: Scalar> {
-    plan: &'a Plan<S>,
+    plan: &'a Plan<'a, S>,
     cycle: Cycle,
     time: S,
     point: S::Vector,
@@ -49,7 +48,7 @@ struct Walk<'a, S: Scalar> {
     course: Option<Course<S>>,
     consumed: usize,
     opening: Option<EventKind>,
-    stages: Vec<Stage<S>>,
+    stages: &'a mut Vec<Stage<S>>,
 }
 
 impl<S: Scalar> Walk<'_, S> {
@@ -173,8 +172,6 @@ impl<S: Scalar> Walk<'_, S> {
 /// The velocity is `(goal - point) * (speed / length)`; the goal differs from the point.
 pub(crate) fn departure<S: Scalar>(point: S::Vector, leg: Leg<S>, from: Moment) -> (Motion<S>, Course<S>) {
     let way = leg.goal - point;
-    let length = way.length();
-    let velocity = (way * (leg.speed / length)).flushed();
-    let duration = (length / leg.speed).to_f64();
-    (Motion { start: point, velocity, from }, Course { leg, duration })
+    let velocity = (way * (leg.speed / way.length())).flushed();
+    (Motion { start: point, velocity, from }, Course::along(leg, point))
 }

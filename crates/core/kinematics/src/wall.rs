@@ -28,6 +28,10 @@ pub enum WallKind {
     Edge,
 }
 
+/// The number of a wall in its world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct WallId(pub u32);
+
 /// A segment that circles of its layers collide with, from both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wall<S: Scalar = f64> {

@@ -1,22 +1,26 @@
-//! The kinematic world: who is where, and who is told what.
+//! The kinematic world: who is where.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 use maniple_geometry::predicate::{circle_overlaps_segment, circles_overlap};
-use maniple_geometry::{Circle, Cycle, Limits, Moment, Motion, NumberError, ObjectId, Planar, Scalar};
+use maniple_geometry::{Circle, Cycle, Limits, Moment, Motion, ObjectId, Planar, Scalar};
 
-use crate::digest::object_hash;
+use crate::bands::Bands;
+use crate::batch::Batch;
+use crate::components::Components;
 use crate::error::{InsertError, OrderError, Overlap, WallError};
 use crate::event::Event;
-use crate::plan::{Leg, Placement, Plan, Planned, WAYPOINTS_MAX};
-use crate::sectors::Sectors;
-use crate::solve::Stops;
-use crate::sphere::MotionSphere;
-use crate::wall::{Layers, Wall};
+use crate::graph::Graph;
+use crate::objects::Objects;
+use crate::resting::Resting;
+use crate::solve::{Solver, Stops};
+use crate::state::{NEVER, Phase, State};
+use crate::wall::{Layers, Wall, WallId};
+use crate::walls::Walls;
 
-/// Smallest edge of a sector, in world units: room for two circles of the usual size, whose radius is below half a
-/// tile, and their motion in a cycle.
-const SECTOR_EDGE_MIN: f64 = 2.0;
+/// Fewer active objects than this are not worth more than one thread.
+const ACTIVE_A_THREAD_MIN: usize = 2048;
 
 /// Circles that go straight, and walls; whoever would overlap something stops.
 ///
@@ -28,25 +32,24 @@ pub struct World<S: Scalar = f64> {
     pub(crate) stops: Stops,
     pub(crate) cycle: Cycle,
     pub(crate) digest: u64,
-    /// Wrapping sum of one hash an object.
-    pub(crate) sum: u64,
-    pub(crate) walls: Vec<Wall<S>>,
-    pub(crate) slots: BTreeMap<ObjectId, usize>,
-    pub(crate) free: Vec<usize>,
-    // One entry a slot:
-    pub(crate) ids: Vec<ObjectId>,
-    pub(crate) radii: Vec<S>,
-    pub(crate) layers: Vec<Layers>,
-    pub(crate) plans: Vec<Plan<S>>,
-    pub(crate) hashes: Vec<u64>,
-    /// Slots of the objects that move or are going to.
-    pub(crate) active: BTreeSet<usize>,
-    pub(crate) wall_sectors: Sectors<S>,
-    /// The objects that do not move, by slot.
-    pub(crate) resting: Sectors<S>,
-    /// The runners of the cycle that is being solved, by place; empty between cycles.
-    pub(crate) moving: Sectors<S>,
+    pub(crate) objects: Objects<S>,
+    pub(crate) walls: Walls<S>,
+    pub(crate) resting: Resting,
+    /// Whether there are objects or walls with different layers; else layers are not looked at.
+    pub(crate) is_layered: bool,
+    layers: Option<Layers>,
+    /// Objects at rest that begin something by themselves in a cycle to come; some may have changed since.
+    pub(crate) alarms: BinaryHeap<Reverse<(u32, u32)>>,
+    /// Objects that are going to be active from the next cycle on.
+    pub(crate) fresh: Vec<u32>,
+    pub(crate) batches: Vec<Batch<S>>,
+    pub(crate) bands: Bands,
+    pub(crate) graphs: Vec<Graph<S>>,
+    pub(crate) components: Components<S>,
+    pub(crate) solvers: Vec<Solver<S>>,
     pub(crate) events: Vec<Event>,
+    pub(crate) spare_events: Vec<Event>,
+    pub(crate) event_keys: Vec<(u64, u32, u32)>,
     pub(crate) activity: Activity,
 }
 
@@ -64,55 +67,46 @@ pub struct Activity {
 }
 
 impl<S: Scalar> World<S> {
-    /// Returns a world without objects, at cycle 0.
+    /// Returns a world without objects, at cycle 0; the walls are numbered in their order, from 0 on.
     ///
     /// # Errors
     /// A wall with a coordinate that is out of the limits, or without length.
     pub fn new(limits: Limits, stops: Stops, walls: &[Wall<S>]) -> Result<Self, WallError> {
-        let bound = S::from_f64(limits.coordinate_max());
-        let (mut low, mut high) = (S::Vector::new(bound, bound), S::Vector::new(-bound, -bound));
-        for (index, wall) in walls.iter().enumerate() {
-            check_wall(&limits, index, wall)?;
-            for end in [wall.segment.start, wall.segment.end] {
-                low = S::Vector::new(low.x().lesser(end.x()), low.y().lesser(end.y()));
-                high = S::Vector::new(high.x().greater(end.x()), high.y().greater(end.y()));
-            }
-        }
-        if walls.is_empty() {
-            (low, high) = (high, low);
-        }
-        let sectors = Sectors::new(low, high, S::from_f64(SECTOR_EDGE_MIN));
-        let mut wall_sectors = sectors.clone();
-        for (number, wall) in (0u32..).zip(walls) {
-            let (start, end) = (wall.segment.start, wall.segment.end);
-            wall_sectors.insert_box(
-                number,
-                S::Vector::new(start.x().lesser(end.x()), start.y().lesser(end.y())),
-                S::Vector::new(start.x().greater(end.x()), start.y().greater(end.y())),
-            );
-        }
-        Ok(Self {
+        let skin: S = limits.skin();
+        let mut world = Self {
             limits,
-            skin: limits.skin(),
+            skin,
             stops,
             cycle: Cycle(0),
             digest: 0,
-            sum: 0,
-            walls: walls.to_vec(),
-            slots: BTreeMap::new(),
-            free: Vec::new(),
-            ids: Vec::new(),
-            radii: Vec::new(),
-            layers: Vec::new(),
-            plans: Vec::new(),
-            hashes: Vec::new(),
-            active: BTreeSet::new(),
-            wall_sectors,
-            moving: sectors.clone(),
-            resting: sectors,
+            objects: Objects::new(skin + skin),
+            walls: Walls::new(),
+            resting: Resting::default(),
+            is_layered: false,
+            layers: None,
+            alarms: BinaryHeap::new(),
+            fresh: Vec::new(),
+            batches: vec![Batch::new()],
+            bands: Bands::default(),
+            graphs: Vec::new(),
+            components: Components::new(),
+            solvers: Vec::new(),
             events: Vec::new(),
+            spare_events: Vec::new(),
+            event_keys: Vec::new(),
             activity: Activity::default(),
-        })
+        };
+        for (index, wall) in walls.iter().enumerate() {
+            check_wall(&limits, index, wall)?;
+            world.note_layers(wall.layers);
+            world.walls.insert(*wall);
+        }
+        Ok(world)
+    }
+
+    /// Takes memory for so many objects, so that none is taken later.
+    pub fn reserve(&mut self, objects: usize) {
+        self.objects.reserve(objects);
     }
 
     /// Puts an object at rest into the world.
@@ -123,15 +117,14 @@ impl<S: Scalar> World<S> {
         let bad = |(field, problem)| InsertError::BadNumber { field, problem };
         self.limits.check_point(circle.center.to_dvec2()).map_err(bad)?;
         self.limits.check_radius(circle.radius.to_f64()).map_err(|problem| bad(("r", problem)))?;
-        if self.slots.contains_key(&id) {
+        if self.objects.slot(id).is_some() {
             return Err(InsertError::DuplicateId);
         }
-        self.check_place(circle, layers)?;
-        let plan = Plan::at_rest(circle.center, Moment::start_of(self.cycle));
-        let slot = self.claim(id, circle.radius, layers, plan);
-        self.slots.insert(id, slot);
-        self.resting.insert(number(slot), circle.center, circle.radius);
-        self.rehash(slot);
+        self.check_place(circle, layers, None)?;
+        self.note_layers(layers);
+        let state = State::at_rest(circle.center, Moment::start_of(self.cycle), circle.radius);
+        let slot = self.objects.insert(id, state, layers);
+        self.resting.insert(slot, &self.objects.states);
         Ok(())
     }
 
@@ -140,76 +133,72 @@ impl<S: Scalar> World<S> {
     /// # Errors
     /// [`OrderError::UnknownObject`].
     pub fn remove(&mut self, id: ObjectId) -> Result<(), OrderError> {
-        let slot = self.slots.remove(&id).ok_or(OrderError::UnknownObject)?;
-        if !self.plans[slot].motion.is_moving() {
-            self.resting.remove(number(slot), self.plans[slot].motion.start, self.radii[slot]);
+        let slot = self.objects.slot(id).ok_or(OrderError::UnknownObject)?;
+        let phase = self.objects.states[slot as usize].phase;
+        if matches!(phase, Phase::Resting | Phase::Fresh) {
+            self.resting.remove(slot, &self.objects.states);
         }
-        self.active.remove(&slot);
-        self.sum = self.sum.wrapping_sub(self.hashes[slot]);
-        self.hashes[slot] = 0;
-        self.plans[slot] = Plan::at_rest(S::Vector::zero(), Moment::start_of(self.cycle));
-        self.free.push(slot);
+        self.objects.remove(slot);
+        if phase == Phase::Resting {
+            self.objects.vacate(slot);
+        } else {
+            self.objects.states[slot as usize].phase = Phase::Leaving;
+        }
         Ok(())
     }
 
-    /// Lets an object go along legs, one after the other; taken as a whole or refused as a whole.
-    ///
-    /// With [`Placement::Replace`], what runs goes on until `start`, or ends now where there is none. With
-    /// [`Placement::Queue`], the first leg begins at the later of `start` and the end of what is before it.
+    /// Puts an object somewhere else, at rest; it forgets what it did.
     ///
     /// # Errors
-    /// An unknown object, a number out of the limits, a start before the present cycle, no leg, or more than
-    /// [`WAYPOINTS_MAX`] waiting.
-    pub fn go(
-        &mut self,
-        id: ObjectId,
-        legs: &[Leg<S>],
-        placement: Placement,
-        start: Option<Moment>,
-    ) -> Result<(), OrderError> {
-        let slot = *self.slots.get(&id).ok_or(OrderError::UnknownObject)?;
-        if legs.is_empty() {
-            return Err(OrderError::EmptyPath);
+    /// A number out of the limits, an unknown object, or a place that is taken.
+    pub fn teleport(&mut self, id: ObjectId, center: S::Vector) -> Result<(), InsertError> {
+        let bad = |(field, problem)| InsertError::BadNumber { field, problem };
+        self.limits.check_point(center.to_dvec2()).map_err(bad)?;
+        let slot = self.objects.slot(id).ok_or(InsertError::UnknownObject)?;
+        let circle = Circle::new(center, self.objects.states[slot as usize].radius);
+        self.check_place(circle, self.objects.layers[slot as usize], Some(slot))?;
+        let phase = self.objects.states[slot as usize].phase;
+        if matches!(phase, Phase::Resting | Phase::Fresh) {
+            self.resting.remove(slot, &self.objects.states);
         }
-        for leg in legs {
-            self.check_leg(leg)?;
+        self.objects.set_at_rest(slot, center, Moment::start_of(self.cycle));
+        self.objects.clear_queue(slot);
+        self.objects.settle(slot, self.cycle);
+        if phase == Phase::Active {
+            self.objects.states[slot as usize].phase = Phase::Fresh;
+            self.fresh.push(slot);
         }
-        self.check_start(start)?;
-        let start = match placement {
-            Placement::Replace => Some(start.unwrap_or(Moment::start_of(self.cycle))),
-            Placement::Queue => start,
-        };
-        let kept = self.kept(slot, placement, start);
-        if kept + legs.len() > WAYPOINTS_MAX {
-            return Err(OrderError::TooManyWaypoints { max: WAYPOINTS_MAX });
-        }
-        let planned = legs.iter().enumerate().map(|(place, &leg)| match place {
-            0 => Planned { leg: Some(leg), placement, start },
-            _ => Planned { leg: Some(leg), placement: Placement::Queue, start: None },
+        self.resting.insert(slot, &self.objects.states);
+        Ok(())
+    }
+
+    /// Puts a wall into the world, from the next cycle on, and returns its number.
+    ///
+    /// # Errors
+    /// A coordinate that is out of the limits, no length, or an object in the place.
+    pub fn insert_wall(&mut self, wall: Wall<S>) -> Result<WallId, WallError> {
+        check_wall(&self.limits, 0, &wall)?;
+        let middle = (wall.segment.start.to_dvec2() + wall.segment.end.to_dvec2()) * 0.5;
+        let half = wall.segment.length().to_f64() * 0.5 + self.objects.margin.to_f64();
+        let mut blocking: Option<ObjectId> = None;
+        self.visit_near(middle, half, |slot| {
+            let state = &self.objects.states[slot as usize];
+            let shares = self.objects.layers[slot as usize].share(wall.layers);
+            if shares && circle_overlaps_segment(state.position(self.cycle), state.radius, &wall.segment) {
+                let id = self.objects.intents[slot as usize].id;
+                blocking = Some(blocking.map_or(id, |other| other.min(id)));
+            }
         });
-        self.plans[slot].extend(kept, planned);
-        self.active.insert(slot);
-        self.rehash(slot);
-        Ok(())
+        if let Some(other) = blocking {
+            return Err(WallError::OverlapsObject { other });
+        }
+        self.note_layers(wall.layers);
+        Ok(WallId(self.walls.insert(wall)))
     }
 
-    /// Lets an object stop and forget what waits, at `start` or now; what runs goes on until then.
-    ///
-    /// # Errors
-    /// An unknown object, a start that is no moment or lies before the present cycle, or a full queue.
-    pub fn halt(&mut self, id: ObjectId, start: Option<Moment>) -> Result<(), OrderError> {
-        let slot = *self.slots.get(&id).ok_or(OrderError::UnknownObject)?;
-        self.check_start(start)?;
-        let start = Some(start.unwrap_or(Moment::start_of(self.cycle)));
-        let kept = self.kept(slot, Placement::Replace, start);
-        if kept + 1 > WAYPOINTS_MAX {
-            return Err(OrderError::TooManyWaypoints { max: WAYPOINTS_MAX });
-        }
-        let halt = Planned { leg: None, placement: Placement::Replace, start };
-        self.plans[slot].extend(kept, std::iter::once(halt));
-        self.active.insert(slot);
-        self.rehash(slot);
-        Ok(())
+    /// Takes a wall out of the world; `None` where there is none of this number.
+    pub fn remove_wall(&mut self, id: WallId) -> Option<Wall<S>> {
+        self.walls.remove(id.0)
     }
 
     /// Returns the cycle that comes next.
@@ -218,34 +207,56 @@ impl<S: Scalar> World<S> {
         self.cycle
     }
 
+    /// Returns how many objects there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.objects.len()
+    }
+
+    /// Returns whether there are no objects.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.objects.len() == 0
+    }
+
     /// Returns the objects, by id.
-    pub fn ids(&self) -> impl Iterator<Item = ObjectId> + '_ {
-        self.slots.keys().copied()
+    #[must_use]
+    pub fn ids(&self) -> Vec<ObjectId> {
+        self.objects.ids()
     }
 
     /// Returns where an object is now; `None` for an unknown one.
     #[must_use]
     pub fn circle(&self, id: ObjectId) -> Option<Circle<S>> {
-        let &slot = self.slots.get(&id)?;
-        Some(Circle::new(self.position(slot), self.radii[slot]))
+        let state = &self.objects.states[self.objects.slot(id)? as usize];
+        Some(Circle::new(state.position(self.cycle), state.radius))
     }
 
     /// Returns the motion of an object; `None` for an unknown one.
     #[must_use]
     pub fn motion(&self, id: ObjectId) -> Option<Motion<S>> {
-        self.slots.get(&id).map(|&slot| self.plans[slot].motion)
+        self.objects.slot(id).map(|slot| self.objects.states[slot as usize].motion())
     }
 
     /// Returns how many legs wait behind the present one of an object; `None` for an unknown one.
     #[must_use]
     pub fn waypoints(&self, id: ObjectId) -> Option<usize> {
-        self.slots.get(&id).map(|&slot| self.plans[slot].queue.len())
+        self.objects.slot(id).map(|slot| self.objects.plan(slot).queue.len())
     }
 
     /// Returns whether nothing moves and nothing is going to.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
-        self.active.is_empty()
+        let rests = |slot: u32| {
+            let state = &self.objects.states[slot as usize];
+            state.phase == Phase::Leaving || (!state.is_moving() && state.wakes == NEVER)
+        };
+        let waits = |&Reverse((cycle, slot)): &Reverse<(u32, u32)>| {
+            let state = &self.objects.states[slot as usize];
+            state.phase == Phase::Resting && state.wakes == cycle
+        };
+        let active = self.batches.iter().flat_map(|batch| &batch.slots).chain(&self.fresh);
+        active.copied().all(rests) && !self.alarms.iter().any(waits)
     }
 
     /// Returns the limits that the world was made with.
@@ -272,115 +283,113 @@ impl<S: Scalar> World<S> {
         self.activity
     }
 
-    /// Returns all overlaps, exactly: there never are any. Compares all pairs, so it is slow.
+    /// Returns how many objects the largest component of the last cycle had. Counts all, so it is slow.
+    #[must_use]
+    pub fn largest_component(&self) -> usize {
+        self.components.largest()
+    }
+
+    /// Returns the memory that the world has taken, in bytes, queued waypoints apart.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.objects.bytes()
+            + self.walls.bytes()
+            + self.resting.bytes()
+            + self.components.bytes()
+            + size_of::<u32>() * self.fresh.capacity()
+            + size_of::<Reverse<(u32, u32)>>() * self.alarms.capacity()
+            + size_of::<Event>() * (self.events.capacity() + self.spare_events.capacity())
+            + size_of::<(u64, u32, u32)>() * self.event_keys.capacity()
+            + self.batches.iter().map(Batch::bytes).sum::<usize>()
+            + self.bands.bytes()
+            + self.graphs.iter().map(Graph::bytes).sum::<usize>()
+            + self.solvers.iter().map(Solver::bytes).sum::<usize>()
+    }
+
+    /// Returns all overlaps, exactly: there never are any. Looks at every object, so it is slow.
     #[must_use]
     pub fn overlaps(&self) -> Vec<Overlap> {
-        let mut overlaps = Vec::new();
-        let objects: Vec<(ObjectId, usize)> = self.slots.iter().map(|(&id, &slot)| (id, slot)).collect();
-        for (place, &(id, slot)) in objects.iter().enumerate() {
-            let (p, r) = (self.position(slot), self.radii[slot]);
-            for &(other, with) in &objects[place + 1..] {
-                let share = self.layers[slot].share(self.layers[with]);
-                if share && circles_overlap::<S>(p, r, self.position(with), self.radii[with]) {
-                    overlaps.push(Overlap::Objects(id, other));
-                }
+        crate::audit::overlaps(&self.objects, &self.walls, self.cycle)
+    }
+
+    /// Puts an object into the list of the active from the next cycle on.
+    pub(crate) fn activate(&mut self, slot: u32) {
+        let state = &mut self.objects.states[slot as usize];
+        if state.phase == Phase::Resting {
+            state.phase = Phase::Fresh;
+            self.fresh.push(slot);
+            let batch = self.batches.iter_mut().min_by_key(|batch| batch.slots.len());
+            batch.expect("there is always a batch").slots.push(slot);
+        }
+    }
+
+    /// Returns how many threads the next cycle is worth.
+    pub(crate) fn threads(&self) -> usize {
+        let active: usize = self.batches.iter().map(|batch| batch.slots.len()).sum();
+        rayon::current_num_threads().min(active / ACTIVE_A_THREAD_MIN).max(1)
+    }
+
+    /// Shares the active objects out to so many batches.
+    pub(crate) fn share_out(&mut self, threads: usize) {
+        if self.batches.len() == threads {
+            return;
+        }
+        let slots: Vec<u32> = self.batches.iter().flat_map(|batch| &batch.slots).copied().collect();
+        self.batches.resize_with(threads, Batch::new);
+        for (batch, share) in self.batches.iter_mut().zip(slots.chunks(slots.len().div_ceil(threads).max(1)))
+        {
+            batch.slots.clear();
+            batch.slots.extend_from_slice(share);
+        }
+    }
+
+    /// Visits the slots of the objects that may be within `reach` of a point, some of them more than once.
+    fn visit_near(&self, center: glam::DVec2, reach: f64, mut visit: impl FnMut(u32)) {
+        self.resting.near(center, reach, &mut visit);
+        let is_there = |slot: u32| self.objects.states[slot as usize].phase == Phase::Active;
+        self.bands.near(center, reach, |slot| {
+            if is_there(slot) {
+                visit(slot);
             }
-            for (number, wall) in self.walls.iter().enumerate() {
-                if self.layers[slot].share(wall.layers) && circle_overlaps_segment(p, r, &wall.segment) {
-                    overlaps.push(Overlap::Wall(id, number));
-                }
-            }
-        }
-        overlaps
-    }
-
-    /// Where the object of a slot is now; flushed, like everything that is stored.
-    pub(crate) fn position(&self, slot: usize) -> S::Vector {
-        self.plans[slot].motion.position(self.cycle).flushed()
-    }
-
-    /// Brings the hash of a slot, and with it the sum, up to date.
-    pub(crate) fn rehash(&mut self, slot: usize) {
-        let hash = object_hash(self.ids[slot], (self.radii[slot], self.layers[slot]), &self.plans[slot]);
-        self.sum = self.sum.wrapping_sub(self.hashes[slot]).wrapping_add(hash);
-        self.hashes[slot] = hash;
-    }
-
-    fn claim(&mut self, id: ObjectId, radius: S, layers: Layers, plan: Plan<S>) -> usize {
-        if let Some(slot) = self.free.pop() {
-            self.ids[slot] = id;
-            self.radii[slot] = radius;
-            self.layers[slot] = layers;
-            self.plans[slot] = plan;
-            return slot;
-        }
-        self.ids.push(id);
-        self.radii.push(radius);
-        self.layers.push(layers);
-        self.plans.push(plan);
-        self.hashes.push(0);
-        self.ids.len() - 1
-    }
-
-    fn kept(&self, slot: usize, placement: Placement, start: Option<Moment>) -> usize {
-        let plan = &self.plans[slot];
-        match (placement, start) {
-            (Placement::Replace, Some(start)) => plan.kept_by(start, Moment::start_of(self.cycle)),
-            (Placement::Replace, None) => 0,
-            (Placement::Queue, _) => plan.queue.len(),
-        }
-    }
-
-    fn check_leg(&self, leg: &Leg<S>) -> Result<(), OrderError> {
-        let bad = |(field, problem)| OrderError::BadNumber { field, problem };
-        self.limits.check_point(leg.goal.to_dvec2()).map_err(bad)?;
-        let speed = leg.speed.to_f64();
-        self.limits.check_speed(speed).map_err(|problem| bad(("s", problem)))?;
-        if speed == 0.0 {
-            return Err(bad(("s", NumberError::NotPositive(speed))));
-        }
-        Ok(())
-    }
-
-    fn check_start(&self, start: Option<Moment>) -> Result<(), OrderError> {
-        let Some(start) = start else { return Ok(()) };
-        let bad = |problem| OrderError::BadNumber { field: "start", problem };
-        self.limits.check_fraction(start.fraction).map_err(bad)?;
-        if start.cycle < self.cycle {
-            return Err(OrderError::StartInPast { now: self.cycle });
-        }
-        Ok(())
-    }
-
-    fn check_place(&self, circle: Circle<S>, layers: Layers) -> Result<(), InsertError> {
-        let place = MotionSphere { center: circle.center, radius: circle.radius };
-        let near = self.resting.near(&place);
-        let moving = self.active.iter().copied().filter(|&slot| self.plans[slot].motion.is_moving());
-        let near = near.iter().map(|&slot| slot as usize).chain(moving);
-        let overlapped = near.filter(|&slot| {
-            self.layers[slot].share(layers)
-                && circles_overlap::<S>(circle.center, circle.radius, self.position(slot), self.radii[slot])
         });
-        if let Some(other) = overlapped.map(|slot| self.ids[slot]).min() {
+    }
+
+    fn note_layers(&mut self, layers: Layers) {
+        self.is_layered |= *self.layers.get_or_insert(layers) != layers;
+    }
+
+    fn check_place(&self, circle: Circle<S>, layers: Layers, but: Option<u32>) -> Result<(), InsertError> {
+        let (center, reach) = (circle.center.to_dvec2(), (circle.radius + self.objects.margin).to_f64());
+        let mut overlapped: Option<ObjectId> = None;
+        self.visit_near(center, reach, |slot| {
+            let state = &self.objects.states[slot as usize];
+            if but != Some(slot)
+                && self.objects.layers[slot as usize].share(layers)
+                && circles_overlap::<S>(
+                    circle.center,
+                    circle.radius,
+                    state.position(self.cycle),
+                    state.radius,
+                )
+            {
+                let id = self.objects.intents[slot as usize].id;
+                overlapped = Some(overlapped.map_or(id, |other| other.min(id)));
+            }
+        });
+        if let Some(other) = overlapped {
             return Err(InsertError::OverlapsObject { other });
         }
-        let blocking = self.wall_sectors.near(&place);
-        let blocking = blocking.iter().map(|&number| &self.walls[number as usize]).find(|wall| {
-            wall.layers.share(layers) && circle_overlaps_segment(circle.center, circle.radius, &wall.segment)
-        });
-        match blocking {
-            Some(wall) => {
+        let mut blocking: Option<(f64, f64, f64, f64)> = None;
+        self.walls.near(center, reach, |wall| {
+            if wall.layers.share(layers)
+                && circle_overlaps_segment(circle.center, circle.radius, &wall.segment)
+            {
                 let (start, end) = (wall.segment.start.to_dvec2(), wall.segment.end.to_dvec2());
-                Err(InsertError::OverlapsWall { segment: (start.x, start.y, end.x, end.y) })
+                blocking = Some((start.x, start.y, end.x, end.y));
             }
-            None => Ok(()),
-        }
+        });
+        blocking.map_or(Ok(()), |segment| Err(InsertError::OverlapsWall { segment }))
     }
-}
-
-/// A slot as the number that sectors hold.
-pub(crate) fn number(slot: usize) -> u32 {
-    u32::try_from(slot).expect("ids are 32 bits, so slots are")
 }
 
 fn check_wall<S: Scalar>(limits: &Limits, index: usize, wall: &Wall<S>) -> Result<(), WallError> {

@@ -115,7 +115,7 @@ fn play(scene: &Scene, cycles: Option<u32>) -> anyhow::Result<Outcome> {
     };
     Ok(Outcome {
         cycles: world.cycle().0,
-        objects: world.ids().filter_map(rest).collect(),
+        objects: world.ids().into_iter().filter_map(rest).collect(),
         events,
         hash: Digest(world.digest()),
     })

@@ -1,0 +1,347 @@
+//! The sectors: motion spheres in the order of square buckets.
+//!
+//! Spheres of one order of magnitude make a *level*, whose sectors are as wide as its largest sphere, so that spheres
+//! that intersect lie in the same sector or in neighbouring ones. A level is cut into *bands* of rows, one for each
+//! thread.
+
+use maniple_geometry::Scalar;
+
+use crate::batch::Batch;
+use crate::lanes::Lanes;
+use crate::sphere::MotionSphere;
+use crate::squares::Squares;
+
+/// How many times smaller the largest sphere of a level is than that of the level above.
+const LEVEL_STEP: f32 = 4.0;
+
+/// The most levels: all spheres that are smaller still are in the last.
+const LEVELS_MAX: usize = 10;
+
+/// Sectors for so many spheres each, at least: fewer sectors are cheaper to clear, more have fewer strangers in them.
+const SPHERES_A_SECTOR: f64 = 1.5;
+
+/// A level with fewer spheres than this is not worth more than one thread.
+const SPHERES_A_BAND_MIN: usize = 2048;
+
+/// Sectors are wider than needed by 2^-10, which outweighs all rounding.
+const ROUNDING: f64 = 1.0 + 1.0 / 1024.0;
+
+/// Rows of sectors of one level, and the spheres in them, row by row and sector by sector.
+#[derive(Clone, Debug)]
+pub(crate) struct Band {
+    pub(crate) level: usize,
+    pub(crate) squares: Squares,
+    /// Radius of the largest sphere of the level.
+    pub(crate) radius_max: f32,
+    first_row: u32,
+    rows: u32,
+    /// The number of the first sphere among those of all bands.
+    pub(crate) base: u32,
+    /// For each sector where its spheres begin; one more for the end.
+    starts: Vec<u32>,
+    lanes: Lanes,
+    /// For each sphere the slot of its object.
+    pub(crate) slots: Vec<u32>,
+}
+
+/// Some of the spheres of a band that lie one behind the other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Span {
+    /// The band.
+    pub(crate) band: usize,
+    pub(crate) from: u32,
+    pub(crate) to: u32,
+}
+
+/// A sector and half of what lies around it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Neighbourhood {
+    /// The sector.
+    pub(crate) own: Span,
+    /// The sector and the one to its right.
+    pub(crate) right: Span,
+    /// Further spans, the first `count` of which count.
+    pub(crate) others: [Span; 3],
+    pub(crate) count: usize,
+}
+
+/// The spheres of a cycle, in sectors.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Bands {
+    pub(crate) bands: Vec<Band>,
+    /// How many of the bands are in use.
+    used: usize,
+    /// Where all coordinates of spheres are counted from.
+    pub(crate) anchor: glam::DVec2,
+}
+
+impl Bands {
+    /// Returns the bands of this cycle.
+    pub(crate) fn all(&self) -> &[Band] {
+        &self.bands[..self.used]
+    }
+
+    /// Returns the band that a sphere is in.
+    pub(crate) fn band_of(&self, node: u32) -> usize {
+        self.all().partition_point(|band| band.base <= node) - 1
+    }
+
+    /// Returns the slot of the object of a sphere.
+    pub(crate) fn slot_of(&self, node: u32) -> u32 {
+        let band = &self.all()[self.band_of(node)];
+        band.slots[(node - band.base) as usize]
+    }
+
+    /// Puts the spheres of all batches into sectors, for so many threads.
+    pub(crate) fn fill<S: Scalar>(&mut self, batches: &[Batch<S>], threads: usize) {
+        self.lay_out(batches, threads);
+        let Self { bands, used, .. } = self;
+        let largest = bands[..*used]
+            .iter()
+            .fold(0.0, |largest, band| if band.radius_max > largest { band.radius_max } else { largest });
+        let levels = bands[..*used].last().map_or(0, |band| band.level + 1);
+        crate::cycle::each(&mut bands[..*used], |band| band.fill(batches, largest, levels));
+        let mut base = 0;
+        for band in &mut bands[..*used] {
+            band.base = base;
+            base += u32::try_from(band.slots.len()).expect("objects have u32 ids");
+        }
+    }
+
+    /// Decides on levels and bands.
+    fn lay_out<S: Scalar>(&mut self, batches: &[Batch<S>], threads: usize) {
+        let mut radii = (f32::INFINITY, 0.0f32);
+        for batch in batches.iter().filter(|batch| !batch.spheres.is_empty()) {
+            if batch.radii.0 < radii.0 {
+                radii.0 = batch.radii.0;
+            }
+            if batch.radii.1 > radii.1 {
+                radii.1 = batch.radii.1;
+            }
+        }
+        let mut levels = [(0usize, 0.0f32); LEVELS_MAX];
+        if radii.0 * LEVEL_STEP >= radii.1 {
+            levels[0] = (batches.iter().map(|batch| batch.spheres.len()).sum(), radii.1);
+        } else {
+            for sphere in batches.iter().flat_map(|batch| &batch.spheres) {
+                let level = &mut levels[level_of(sphere.radius, radii.1)];
+                level.0 += 1;
+                if sphere.radius > level.1 {
+                    level.1 = sphere.radius;
+                }
+            }
+        }
+        self.used = 0;
+        for (level, &(count, radius_max)) in levels.iter().enumerate().filter(|(_, level)| level.0 > 0) {
+            let edge = 2.0 * f64::from(radius_max) * ROUNDING;
+            let squares = Squares::new(edge, sectors_for(count));
+            let bands = if count < SPHERES_A_BAND_MIN { 1 } else { threads.min(squares.rows() as usize) };
+            for band in 0..bands {
+                let row = |band: usize| {
+                    squares.rows() * u32::try_from(band).unwrap_or(0) / u32::try_from(bands).unwrap_or(1)
+                };
+                let (first_row, end) = (row(band), row(band + 1));
+                if self.bands.len() == self.used {
+                    self.bands.push(Band::new(squares));
+                }
+                let made = &mut self.bands[self.used];
+                (made.level, made.squares, made.radius_max) = (level, squares, radius_max);
+                (made.first_row, made.rows) = (first_row, end - first_row);
+                self.used += 1;
+            }
+        }
+    }
+
+    /// The band of the same level that a row lies in.
+    fn band_with_row(&self, near: usize, row: u32) -> usize {
+        let holds = |band: &Band| row.wrapping_sub(band.first_row) < band.rows;
+        if holds(&self.bands[near]) {
+            return near;
+        }
+        let level = self.bands[near].level;
+        let place = self.all().iter().position(|band| band.level == level && holds(band));
+        place.expect("the bands of a level hold all its rows")
+    }
+
+    /// Returns the later half of the neighbourhood of a sector: its own spheres, those up to the end of the sector to
+    /// the right, and those of the three sectors in the next row. So each pair of neighbouring sectors comes up once.
+    /// `None` where the sector is empty.
+    #[inline(always)]
+    pub(crate) fn neighbourhood(&self, band: usize, row: u32, column: u32) -> Option<Neighbourhood> {
+        let this = &self.bands[band];
+        let own = this.span(band, row, (column, column));
+        if own.from == own.to {
+            return None;
+        }
+        let last = this.squares.columns() - 1;
+        let next_row = (row + 1) & (this.squares.rows() - 1);
+        let below = self.band_with_row(band, next_row);
+        let left = column.saturating_sub(1);
+        let right = if column < last { column + 1 } else { last };
+        let span_below = |columns| self.bands[below].span(below, next_row, columns);
+        let mut near = Neighbourhood {
+            own,
+            right: this.span(band, row, (column, right)),
+            others: [span_below((left, right)); 3],
+            count: 1,
+        };
+        if column == last {
+            near.others[1] = this.span(band, row, (0, 0));
+            near.others[2] = span_below((0, 0));
+            near.count = 3;
+        } else if column == 0 {
+            near.others[1] = span_below((last, last));
+            near.count = 2;
+        }
+        Some(near)
+    }
+
+    /// Visits the spheres of a level that may be within `reach` of a place, given by one of its bands.
+    pub(crate) fn visit_box(
+        &self,
+        level_band: usize,
+        (x, y): (f32, f32),
+        reach: f32,
+        mut visit: impl FnMut(Span),
+    ) {
+        let squares = self.bands[level_band].squares;
+        let (x, y, reach) = (f64::from(x), f64::from(y), f64::from(reach));
+        let columns = squares.columns_from(x - reach, x + reach).runs();
+        for row in squares.rows_from(y - reach, y + reach) {
+            for (first, count) in columns.into_iter().filter(|run| run.1 > 0) {
+                let band = self.band_with_row(level_band, row);
+                visit(self.bands[band].span(band, row, (first, first + count - 1)));
+            }
+        }
+    }
+
+    /// Returns the first band of each level.
+    pub(crate) fn levels(&self) -> impl Iterator<Item = usize> + '_ {
+        let bands = self.all();
+        (0..bands.len()).filter(move |&band| band == 0 || bands[band - 1].level != bands[band].level)
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        self.bands.iter().map(Band::bytes).sum()
+    }
+
+    /// Visits the slots of objects whose spheres may be within `reach` of a place.
+    pub(crate) fn near(&self, center: glam::DVec2, reach: f64, mut visit: impl FnMut(u32)) {
+        let place = MotionSphere::outward(center - self.anchor, crate::sphere::outward_radius(reach));
+        for first in self.levels() {
+            let reach = place.radius + self.bands[first].radius_max;
+            self.visit_box(first, (place.x, place.y), reach, |span| {
+                self.bands[span.band].slots[span.from as usize..span.to as usize]
+                    .iter()
+                    .copied()
+                    .for_each(&mut visit);
+            });
+        }
+    }
+}
+
+impl Band {
+    fn new(squares: Squares) -> Self {
+        Self {
+            level: 0,
+            squares,
+            radius_max: 0.0,
+            first_row: 0,
+            rows: 0,
+            base: 0,
+            starts: Vec::new(),
+            lanes: Lanes::default(),
+            slots: Vec::new(),
+        }
+    }
+
+    /// Counting sort of the spheres that belong here; where the order of magnitude decides, `largest` is that of all.
+    fn fill<S: Scalar>(&mut self, batches: &[Batch<S>], largest: f32, levels: usize) {
+        let sectors = (self.rows * self.squares.columns()) as usize;
+        self.starts.clear();
+        self.starts.resize(sectors + 2, 0);
+        let spheres = || batches.iter().flat_map(|batch| batch.spheres.iter().zip(&batch.slots));
+        for (sphere, _) in spheres() {
+            if let Some(sector) = self.sector_here(sphere, largest, levels) {
+                self.starts[sector + 2] += 1;
+            }
+        }
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        self.lanes.resize(sum as usize);
+        self.slots.resize(sum as usize, 0);
+        for (sphere, &slot) in spheres() {
+            if let Some(sector) = self.sector_here(sphere, largest, levels) {
+                let place = self.starts[sector + 1] as usize;
+                self.starts[sector + 1] += 1;
+                self.lanes.set(place, sphere);
+                self.slots[place] = slot;
+            }
+        }
+    }
+
+    #[inline]
+    fn sector_here(&self, sphere: &MotionSphere, largest: f32, levels: usize) -> Option<usize> {
+        if levels > 1 && level_of(sphere.radius, largest) != self.level {
+            return None;
+        }
+        let row = self.squares.row(f64::from(sphere.y)).wrapping_sub(self.first_row);
+        (row < self.rows).then(|| self.squares.place(row, self.squares.column(f64::from(sphere.x))))
+    }
+
+    fn sector(&self, row: u32, column: u32) -> usize {
+        self.squares.place(row - self.first_row, column)
+    }
+
+    /// The spheres of a row from one column to another, as a span of this band, which has the given number.
+    #[inline]
+    fn span(&self, band: usize, row: u32, (first, last): (u32, u32)) -> Span {
+        Span { band, from: self.starts[self.sector(row, first)], to: self.starts[self.sector(row, last) + 1] }
+    }
+
+    /// Returns the rows of the band.
+    pub(crate) fn rows(&self) -> std::ops::Range<u32> {
+        self.first_row..self.first_row + self.rows
+    }
+
+    /// Returns a sphere by its place in the band.
+    #[inline]
+    pub(crate) fn sphere(&self, place: u32) -> MotionSphere {
+        self.lanes.sphere(place as usize)
+    }
+
+    pub(crate) fn lanes(&self) -> &Lanes {
+        &self.lanes
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<u32>() * (self.starts.capacity() + self.slots.capacity()) + self.lanes.bytes()
+    }
+}
+
+/// How many sectors so many spheres get.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "a rough number is enough"
+)]
+fn sectors_for(count: usize) -> usize {
+    (count as f64 / SPHERES_A_SECTOR) as usize
+}
+
+/// The level of a sphere, where the largest of all has `largest`.
+fn level_of(radius: f32, largest: f32) -> usize {
+    let mut bound = largest / LEVEL_STEP;
+    let mut level = 0;
+    while radius <= bound && level + 1 < LEVELS_MAX {
+        bound /= LEVEL_STEP;
+        level += 1;
+    }
+    level
+}

@@ -1,0 +1,278 @@
+//! The motion-sphere intersection graph: who is near whom, and which collisions lie ahead if nobody is stopped.
+
+use maniple_geometry::contact::{Mover, Window, circle_contact, segment_contact};
+use maniple_geometry::{Circle, Cycle, ObjectId, Piece, Planar, Scalar, Segment};
+
+use crate::bands::Bands;
+use crate::event::EventKind;
+use crate::lanes::add_pairs_of_row;
+use crate::objects::Objects;
+use crate::resting::Resting;
+use crate::runner::{Halt, straight};
+use crate::solve::Stops;
+use crate::wall::{Wall, WallKind};
+use crate::walls::Walls;
+
+/// Two spheres that intersect, as nodes: numbers among those of all bands.
+pub(crate) type Edge = (u32, u32);
+
+/// What is the same for everybody in a cycle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Setting<'a, S: Scalar> {
+    pub(crate) cycle: Cycle,
+    pub(crate) objects: &'a Objects<S>,
+    pub(crate) resting: &'a Resting,
+    pub(crate) walls: &'a Walls<S>,
+    pub(crate) bands: &'a Bands,
+    pub(crate) skin: S,
+    pub(crate) stops: Stops,
+    /// Whether there are objects or walls that share no layer.
+    pub(crate) is_layered: bool,
+}
+
+/// A collision of an object with something at rest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FixedHit<S: Scalar> {
+    pub(crate) node: u32,
+    pub(crate) time: S,
+    pub(crate) halt: Halt,
+}
+
+/// The part of the graph that begins in one band.
+#[derive(Clone, Debug)]
+pub(crate) struct Graph<S: Scalar> {
+    /// Pairs whose spheres intersect.
+    pub(crate) edges: Vec<Edge>,
+    /// Collisions of pairs, and when.
+    pub(crate) hits: Vec<(Edge, S)>,
+    /// Pairs that come up in no hit but have to be looked at: they end near each other, or one of them turns.
+    pub(crate) close: Vec<Edge>,
+    /// The first collision of each object that goes straight with anything at rest.
+    pub(crate) fixed: Vec<FixedHit<S>>,
+    /// Objects that have to be looked at: they turn, or end near something at rest.
+    pub(crate) watched: Vec<u32>,
+    /// Pairs of spheres that were tested.
+    pub(crate) tested: usize,
+    pairs: Vec<Edge>,
+}
+
+impl<S: Scalar> Graph<S> {
+    pub(crate) fn new() -> Self {
+        Self {
+            edges: Vec::new(),
+            hits: Vec::new(),
+            close: Vec::new(),
+            fixed: Vec::new(),
+            watched: Vec::new(),
+            tested: 0,
+            pairs: Vec::new(),
+        }
+    }
+
+    /// Makes the part of a band.
+    pub(crate) fn connect(&mut self, band: usize, setting: &Setting<'_, S>) {
+        self.edges.clear();
+        self.hits.clear();
+        self.close.clear();
+        self.fixed.clear();
+        self.watched.clear();
+        self.tested = 0;
+        for row in setting.bands.bands[band].rows() {
+            self.pairs.clear();
+            self.tested += add_pairs_of_row(setting.bands, band, row, &mut self.pairs);
+            self.judge_pairs(setting);
+        }
+        self.connect_to_smaller(band, setting);
+        self.look_around(band, setting);
+    }
+
+    /// The pairs of the spheres of a band with those of the levels below its own.
+    fn connect_to_smaller(&mut self, band: usize, setting: &Setting<'_, S>) {
+        let bands = setting.bands;
+        let this = &bands.bands[band];
+        for level in bands.levels().filter(|&other| bands.bands[other].level > this.level) {
+            let radius_max = bands.bands[level].radius_max;
+            for (place, node) in (0u32..).zip(this.base..).take(this.slots.len()) {
+                let sphere = this.sphere(place);
+                self.pairs.clear();
+                bands.visit_box(level, (sphere.x, sphere.y), sphere.radius + radius_max, |span| {
+                    let other = &bands.bands[span.band];
+                    other.lanes().add_near(
+                        (node, &sphere),
+                        (span.from, span.to),
+                        other.base,
+                        &mut self.pairs,
+                    );
+                    self.tested += (span.to - span.from) as usize;
+                });
+                self.judge_pairs(setting);
+            }
+        }
+    }
+
+    /// Decides which of the pairs collide.
+    fn judge_pairs(&mut self, setting: &Setting<'_, S>) {
+        let Setting { cycle, objects, skin, .. } = *setting;
+        for index in 0..self.pairs.len() {
+            let edge = self.pairs[index];
+            let (a, b) = (setting.bands.slot_of(edge.0), setting.bands.slot_of(edge.1));
+            if setting.is_layered && !objects.layers[a as usize].share(objects.layers[b as usize]) {
+                continue;
+            }
+            self.edges.push(edge);
+            let (first, second) = (&objects.states[a as usize], &objects.states[b as usize]);
+            if first.turns_in(cycle) || second.turns_in(cycle) {
+                self.close.push(edge);
+                continue;
+            }
+            let pieces = (
+                straight(first.position(cycle), &first.motion()),
+                straight(second.position(cycle), &second.motion()),
+            );
+            let movers = (
+                Mover { piece: &pieces.0, radius: first.radius },
+                Mover { piece: &pieces.1, radius: second.radius },
+            );
+            match circle_contact(movers.0, movers.1, whole_cycle(skin)) {
+                Some(time) => self.hits.push((edge, time)),
+                None => {
+                    let between = pieces.1.point + second.velocity - (pieces.0.point + first.velocity);
+                    let near = first.radius + second.radius + skin + skin;
+                    if between.dot(between) < near * near {
+                        self.close.push(edge);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Finds out who collides with anything at rest.
+    fn look_around(&mut self, band: usize, setting: &Setting<'_, S>) {
+        let this = &setting.bands.bands[band];
+        let (nothing_rests, no_walls) = (setting.resting.is_empty(), setting.walls.is_empty());
+        for (node, &slot) in (this.base..).zip(&this.slots) {
+            let state = &setting.objects.states[slot as usize];
+            if state.turns_in(setting.cycle) {
+                self.watched.push(node);
+                continue;
+            }
+            if nothing_rests && no_walls {
+                continue;
+            }
+            let piece = straight(state.position(setting.cycle), &state.motion());
+            let reach = f64::from(state.reach);
+            let mut around = Around::new(slot, state.radius, setting);
+            around.meet(&piece, reach, setting);
+            match around.first {
+                Some((time, halt)) => self.fixed.push(FixedHit { node, time, halt }),
+                None if around.ends_near => self.watched.push(node),
+                None => {}
+            }
+        }
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Edge>() * (self.edges.capacity() + self.close.capacity() + self.pairs.capacity())
+            + size_of::<(Edge, S)>() * self.hits.capacity()
+            + size_of::<FixedHit<S>>() * self.fixed.capacity()
+            + size_of::<u32>() * self.watched.capacity()
+    }
+}
+
+/// What at rest an object meets in a cycle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Around<S: Scalar> {
+    layers: u32,
+    radius: S,
+    /// The first collision.
+    pub(crate) first: Option<(S, Halt)>,
+    /// Whether a piece ends so near to something that rounding could make it overlap.
+    pub(crate) ends_near: bool,
+}
+
+impl<S: Scalar> Around<S> {
+    pub(crate) fn new(slot: u32, radius: S, setting: &Setting<'_, S>) -> Self {
+        let layers = if setting.is_layered { setting.objects.layers[slot as usize].0 } else { u32::MAX };
+        Self { layers, radius, first: None, ends_near: false }
+    }
+
+    /// Adds what a piece meets; `reach` is the radius of its motion sphere.
+    #[inline]
+    pub(crate) fn meet(&mut self, piece: &Piece<S>, reach: f64, setting: &Setting<'_, S>) {
+        let (from, to) = (piece.point, piece.position(piece.until));
+        let center = (from.to_dvec2() + to.to_dvec2()) * 0.5;
+        setting.walls.near(center, reach, |wall| {
+            if wall.layers.0 & self.layers != 0 {
+                self.meet_wall(piece, to, wall, setting.skin);
+            }
+        });
+        setting.resting.near(center, reach, |slot| {
+            if !setting.is_layered || setting.objects.layers[slot as usize].0 & self.layers != 0 {
+                let state = &setting.objects.states[slot as usize];
+                let circle = Circle::new(state.start, state.radius);
+                self.meet_circle(piece, to, &circle, setting.skin, || {
+                    setting.objects.intents[slot as usize].id
+                });
+            }
+        });
+    }
+
+    fn meet_wall(&mut self, piece: &Piece<S>, to: S::Vector, wall: &Wall<S>, skin: S) {
+        let window = Window { from: piece.since, to: piece.until, skin };
+        if is_box_clear(piece.point, to, &wall.segment, self.radius + skin + skin) {
+            return;
+        }
+        match segment_contact(Mover { piece, radius: self.radius }, &wall.segment, window) {
+            Some(time) => {
+                let kind = match wall.kind {
+                    WallKind::Segment => EventKind::Segment,
+                    WallKind::Edge => EventKind::Edge,
+                };
+                self.add(time, Halt { kind, other: None });
+            }
+            None => self.ends_near = true,
+        }
+    }
+
+    fn meet_circle(
+        &mut self,
+        piece: &Piece<S>,
+        to: S::Vector,
+        circle: &Circle<S>,
+        skin: S,
+        id: impl FnOnce() -> ObjectId,
+    ) {
+        let window = Window { from: piece.since, to: piece.until, skin };
+        let still = Piece::at_rest(circle.center, piece.since, piece.until);
+        let movers = (Mover { piece, radius: self.radius }, Mover { piece: &still, radius: circle.radius });
+        match circle_contact(movers.0, movers.1, window) {
+            Some(time) => self.add(time, Halt { kind: EventKind::Object, other: Some(id()) }),
+            None => {
+                let (between, near) = (circle.center - to, self.radius + circle.radius + skin + skin);
+                self.ends_near |= between.dot(between) < near * near;
+            }
+        }
+    }
+
+    fn add(&mut self, time: S, halt: Halt) {
+        self.first = match self.first {
+            Some((first, other)) if first == time => Some((time, other.merged(halt))),
+            Some((first, other)) if first < time => Some((first, other)),
+            _ => Some((time, halt)),
+        };
+    }
+}
+
+/// Whether the boxes of a way and of a segment are further apart than `reach`.
+fn is_box_clear<S: Scalar>(from: S::Vector, to: S::Vector, segment: &Segment<S>, reach: S) -> bool {
+    let apart =
+        |a: S, b: S, c: S, d: S| a.lesser(b) > c.greater(d) + reach || a.greater(b) < c.lesser(d) - reach;
+    apart(from.x(), to.x(), segment.start.x(), segment.end.x())
+        || apart(from.y(), to.y(), segment.start.y(), segment.end.y())
+}
+
+/// The window of a whole cycle.
+pub(crate) fn whole_cycle<S: Scalar>(skin: S) -> Window<S> {
+    Window { from: S::ZERO, to: S::ONE, skin }
+}
