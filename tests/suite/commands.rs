@@ -6,8 +6,6 @@ use std::process::{Child, Command, Output, Stdio};
 
 use serde_json::Value;
 
-use crate::kinematics::{Random, Scene};
-
 pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
 
 /// Maps that the project may not ship; they lie beside its checkout.
@@ -20,19 +18,19 @@ pub(crate) fn maniple(arguments: &[&str]) -> Command {
     command
 }
 
-fn run(arguments: &[&str]) -> Output {
+pub(crate) fn run(arguments: &[&str]) -> Output {
     maniple(arguments).output().expect("the program runs")
 }
 
 /// Runs a command that succeeds and returns the JSON that it prints.
-fn json(arguments: &[&str]) -> Value {
+pub(crate) fn json(arguments: &[&str]) -> Value {
     let output = run(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{arguments:?}: {error}"))
 }
 
 /// Runs a command that fails, and returns what it writes to standard error.
-fn fails(arguments: &[&str], code: i32) -> String {
+pub(crate) fn fails(arguments: &[&str], code: i32) -> String {
     let output = run(arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
@@ -40,14 +38,14 @@ fn fails(arguments: &[&str], code: i32) -> String {
 }
 
 /// A folder for the files of one test; emptied at the start.
-fn folder(test: &str) -> PathBuf {
+pub(crate) fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("the folder can be made");
     folder
 }
 
-fn file(folder: &Path, name: &str, text: &str) -> String {
+pub(crate) fn file(folder: &Path, name: &str, text: &str) -> String {
     let path = folder.join(name);
     std::fs::write(&path, text).expect("the file can be written");
     path.display().to_string()
@@ -157,82 +155,6 @@ fn png_size(path: &str) -> (u32, u32) {
     assert_eq!(&bytes[..8], b"\x89PNG\r\n\x1a\n");
     let number = |at: usize| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("4 bytes"));
     (number(16), number(20))
-}
-
-#[test]
-fn a_scene_is_simulated_as_the_core_does() {
-    let folder = folder("simulate");
-    let seed = 5;
-    println!("seed {seed}");
-    for number in 0..40 {
-        let mut scene = Scene::random(&mut Random(seed + number));
-        scene.single_orders();
-        let path = file(&folder, "scene.json", &scene.to_json());
-        let cycles = scene.cycles.to_string();
-        let threads = (1 + number % 3).to_string();
-        let found = json(&["simulate", &path, "--cycles", &cycles, "--threads", &threads, "--json"]);
-        scene.limits = simulate_limits();
-        let (world, events, _) = scene.play();
-        assert_eq!(found["hash"], format!("{:016x}", world.digest()), "scene {number}");
-        assert_eq!(found["events"].as_array().map(Vec::len), Some(events.len()));
-        for (found, event) in found["events"].as_array().expect("a list").iter().zip(&events) {
-            assert_eq!(found["time"].as_f64().map(f64::to_bits), Some(event.time.to_bits()));
-            assert_eq!(found["id"], event.object.0);
-            assert_eq!(found["other"], event.other.map_or(Value::Null, |other| other.0.into()));
-        }
-        for (found, id) in found["objects"].as_array().expect("a list").iter().zip(world.ids()) {
-            let center = world.circle(id).expect("the object is there").center;
-            assert_eq!(found["x"].as_f64().map(f64::to_bits), Some(center.x.to_bits()));
-            assert_eq!(found["y"].as_f64().map(f64::to_bits), Some(center.y.to_bits()));
-        }
-    }
-}
-
-/// The limits of every scene of `maniple simulate` that is not larger.
-fn simulate_limits() -> maniple_geometry::Limits {
-    let power = |exponent: u32| f64::from(1u32 << exponent);
-    maniple_geometry::Limits::new(power(20), power(10), power(20)).expect("these are limits")
-}
-
-#[test]
-fn without_cycles_a_scene_runs_until_all_rest() {
-    let folder = folder("until_rest");
-    let scene = r#"{"bounds":[0,0,20,20],"objects":[{"id":4,"x":2,"y":5,"r":0.5}],
-        "moves":[{"cycle":0,"id":4,"x":5,"y":5,"s":1},{"cycle":9,"id":4,"x":5,"y":6.5,"s":1,"start":[12,0.25]}]}"#;
-    let found = json(&["simulate", &file(&folder, "scene.json", scene), "--json"]);
-    assert_eq!(found["cycles"], 14);
-    assert_eq!(found["objects"][0]["moving"], false);
-    assert_eq!(
-        found["events"][1],
-        serde_json::json!(
-        {"cycle": 13, "time": 0.75, "id": 4, "kind": "arrived", "other": null})
-    );
-}
-
-#[test]
-fn a_wrong_scene_is_bad_input_that_names_object_and_field() {
-    let folder = folder("bad_scene");
-    let check = |objects: &str, moves: &str, named: &[&str]| {
-        let scene = format!(r#"{{"bounds":[0,0,20,20],"objects":[{objects}],"moves":[{moves}]}}"#);
-        let error = fails(&["simulate", &file(&folder, "scene.json", &scene)], 3);
-        assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");
-    };
-    let one = r#"{"id":1,"x":2,"y":5,"r":0.5}"#;
-    check(&format!(r#"{one},{{"id":2,"x":2.9,"y":5,"r":0.5}}"#), "", &["object 2", "overlaps object 1"]);
-    check(&format!(r#"{one},{{"id":1,"x":9,"y":5,"r":0.5}}"#), "", &["object 1", "id"]);
-    check(r#"{"id":3,"x":0.4,"y":5,"r":0.5}"#, "", &["object 3", "overlaps a wall"]);
-    check(r#"{"id":3,"x":5,"y":25,"r":0.5}"#, "", &["object 3", "y is 25", "bounds"]);
-    check(r#"{"id":3,"x":5,"y":5,"r":0}"#, "", &["object 3", "r is 0", "positive"]);
-    check(r#"{"id":3,"x":5,"y":-0.0,"r":1}"#, "", &["object 3", "y is -0"]);
-    check(r#"{"id":3,"x":1e999,"y":5,"r":1}"#, "", &["objects[0].x", "out of range"]);
-    check(r#"{"id":3,"x":5,"y":5,"r":1,"mass":2}"#, "", &["objects[0].mass", "object 3"]);
-    check(r#"{"id":-3,"x":5,"y":5,"r":1}"#, "", &["objects[0].id"]);
-    check(one, r#"{"cycle":2,"id":7,"x":1,"y":1,"s":1}"#, &["cycle 2", "id 7"]);
-    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":-1}"#, &["object 1", "cycle 2", "s is -1"]);
-    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[1,0]}"#, &["object 1", "start"]);
-    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[3,1.5]}"#, &["object 1", "start", "1.5"]);
-    let error = fails(&["simulate", &file(&folder, "scene.json", r#"{"bounds":[0,0,0,1],"objects":[]}"#)], 3);
-    assert!(error.contains("bounds"), "{error}");
 }
 
 #[test]

@@ -11,3 +11,4 @@ mod matches;
 mod network;
 mod predicates;
 mod protocol;
+mod simulate;
