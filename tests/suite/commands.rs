@@ -1,9 +1,11 @@
 //! The program as its users run it: output, errors and exit codes.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
+use maniple_protocol::{Record, Replay, ReplayHeader, ReplayWriter, read_replay};
 use serde_json::Value;
 
 pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -35,6 +37,12 @@ pub(crate) fn fails(arguments: &[&str], code: i32) -> String {
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
     error
+}
+
+/// Says that something was not tested. The test harness captures what `eprintln!` writes, but not this.
+pub(crate) fn skipped(what: &str) {
+    let said = writeln!(std::io::stderr(), "SKIPPED: {what}");
+    said.expect("standard error takes a line");
 }
 
 /// A folder for the files of one test; emptied at the start.
@@ -207,7 +215,7 @@ fn a_match_over_tcp_ends_with_the_hash_of_the_headless_one() {
         .filter(|map| {
             let is_there = map.exists();
             if !is_there {
-                eprintln!("SKIPPED: the real map {} is not there", map.display());
+                skipped(&format!("the real map {} is not there", map.display()));
             }
             is_there
         })
