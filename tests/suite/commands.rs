@@ -142,6 +142,33 @@ fn a_bad_map_is_bad_input_with_its_place() {
 }
 
 #[test]
+fn an_own_map_and_its_tilesets_come_from_disk_whatever_ships_under_their_names() {
+    let folder = folder("own_map");
+    std::fs::create_dir(folder.join("maps")).expect("the folder can be made");
+    let shipped =
+        |name: &str| std::fs::read_to_string(Path::new(ROOT).join("maps").join(name)).expect("it ships");
+    let tiles = file(&folder, "maps/tiles.tsx", &shipped("tiles.tsx").replace("\"nw\"", "\"up\""));
+    file(&folder, "maps/mine.tmx", &shipped("choke.tmx"));
+    file(&folder, "maps/choke.tmx", "damaged");
+    let check = |arguments: &[&str], named: &str| {
+        let output = maniple(arguments).current_dir(&folder).output().expect("the program runs");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {error}");
+        assert!(error.contains(named), "{arguments:?}: {error}");
+    };
+    for command in [&["match", "--cycles", "1"][..], &["serve", "--listen", "127.0.0.1:0", "--once"]] {
+        check(&[command, &["--map", "maps/choke.tmx"]].concat(), "maps/choke.tmx");
+        check(&[command, &["--map", "maps/mine.tmx"]].concat(), "diagonal");
+        check(&[command, &["--map", "config/scenarios/duel.toml"]].concat(), "config/scenarios/duel.toml");
+    }
+    std::fs::remove_file(tiles).expect("it is there");
+    check(&["match", "--cycles", "1", "--map", "maps/mine.tmx"], "tiles.tsx");
+    let shipped =
+        maniple(&["match", "--cycles", "1"]).current_dir(&folder).output().expect("the program runs");
+    assert!(shipped.status.success(), "the shipped scenario needs no file");
+}
+
+#[test]
 fn pictures_are_png_files_of_the_size_that_was_asked_for() {
     let folder = folder("pictures");
     let out = folder.join("map.png").display().to_string();

@@ -67,13 +67,3 @@ pub(crate) fn shipped() -> Files {
         file("maps/tiles.tsx", include_bytes!("../../../../maps/tiles.tsx")),
     ])
 }
-
-/// Returns the bytes of a file from the shipped ones first, then from disk: so that `--map` works without a
-/// scenario.
-pub(crate) struct ShippedThenDisk(pub(crate) Files);
-
-impl Resolver for ShippedThenDisk {
-    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
-        self.0.resolve(path).or_else(|_| Disk.resolve(path))
-    }
-}

@@ -2,11 +2,11 @@
 
 use maniple_bots::{Bot, bot_seed};
 use maniple_game::Loaded;
-use maniple_referee::Referee;
 use maniple_server::Recording;
 use maniple_view::{ClockMode, MatchResult, Seat, Sequenced};
 
 use crate::failure::Failure;
+use crate::start;
 
 /// How a match went.
 pub(crate) struct Played {
@@ -43,7 +43,7 @@ pub(crate) fn play(
     progress: impl Fn(u32),
 ) -> Result<Played, Failure> {
     let mut recording = Recording::begin(&loaded).map_err(Failure::bad_input)?;
-    let mut referee = Referee::new(loaded, ClockMode::Lockstep).map_err(Failure::bad_input)?;
+    let mut referee = start::referee(loaded, ClockMode::Lockstep)?;
     for (seat, bot) in (0..).map(Seat).zip(&bots) {
         referee.handle_join(seat, bot.name()).map_err(Failure::failed)?;
     }

@@ -7,6 +7,7 @@ mod files;
 mod headless;
 mod output;
 mod picture;
+mod start;
 
 use std::process::ExitCode;
 

@@ -5,16 +5,15 @@ use std::path::Path;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use maniple_game::{Loaded, load};
 use maniple_geometry::Cycle;
 use maniple_view::{Digest, EndReason, MatchResult, Score, Seat};
 use serde::Serialize;
 
 use crate::arguments::Match;
 use crate::failure::Failure;
-use crate::files::{self, Disk, SHIPPED_SCENARIO, ShippedThenDisk};
-use crate::headless;
+use crate::files::SHIPPED_SCENARIO;
 use crate::output::{Format, grouped, print};
+use crate::{files, headless, start};
 
 /// How a match went, as it is printed.
 #[derive(Debug, Serialize)]
@@ -36,7 +35,7 @@ struct Report {
 
 /// Runs `maniple match`.
 pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
-    let mut loaded = loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), arguments.seed)?;
+    let mut loaded = start::loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), arguments.seed)?;
     if let Some(cycles) = arguments.cycles {
         loaded.limit_cycles(Cycle(cycles));
     }
@@ -64,20 +63,6 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
         rate,
     };
     print(Format::of(&arguments.json), &report, |report| text(report, arguments))
-}
-
-/// Returns the start of a match; without a scenario that of the shipped one.
-pub(crate) fn loaded(
-    scenario: Option<&Path>,
-    map: Option<&Path>,
-    seed: Option<u64>,
-) -> Result<Loaded, Failure> {
-    let map = map.map(Path::to_string_lossy);
-    match scenario {
-        Some(path) => load(&Disk, &path.to_string_lossy(), map.as_deref(), seed),
-        None => load(&ShippedThenDisk(files::shipped()), SHIPPED_SCENARIO, map.as_deref(), seed),
-    }
-    .map_err(Failure::bad_input)
 }
 
 /// A bar on standard error; none where that is no terminal.

@@ -3,16 +3,14 @@
 use std::fmt::Write as _;
 
 use anyhow::Context;
-use maniple_referee::Referee;
 use maniple_server::{Access, Match, Outcome, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
 
 use crate::arguments::{Clock, Serve};
-use crate::commands::play::loaded;
 use crate::failure::Failure;
-use crate::files;
 use crate::output::{Format, print};
+use crate::{files, start};
 
 /// What clients have to know to join a match.
 #[derive(Debug, Serialize)]
@@ -109,9 +107,9 @@ fn prepare(
         Clock::Realtime => ClockMode::Realtime,
         Clock::Lockstep => ClockMode::Lockstep,
     };
-    let loaded = loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), seed)?;
+    let loaded = start::loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), seed)?;
     let (scenario, seed) = (loaded.scenario.name.clone(), loaded.scenario.seed);
-    let referee = Referee::new(loaded, clock).map_err(Failure::bad_input)?;
+    let referee = start::referee(loaded, clock)?;
     let game = match access {
         Some(access) => Match::new(referee, access),
         None => Match::with_random_tokens(referee),
