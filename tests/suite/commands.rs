@@ -216,6 +216,46 @@ fn a_match_repeats_to_the_bit_and_its_replay_verifies() {
 }
 
 #[test]
+fn a_replay_that_plays_differently_is_told_with_the_first_cycle() {
+    let folder = folder("difference");
+    let path = folder.join("match.replay").display().to_string();
+    json(&["match", "--cycles", "30", "--replay", &path, "--json"]);
+    alter_replay(&path, |_, records| {
+        for record in records {
+            if let Record::Cycle { cycle, hash } = record
+                && cycle.0 >= 17
+            {
+                hash.0 ^= 1;
+            }
+        }
+    });
+    let output = run(&["replay", "verify", &path, "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let verdict: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(
+        (&verdict["verified"], &verdict["first_difference"]),
+        (&false.into(), &17.into()),
+        "{verdict}"
+    );
+    assert_eq!(verdict["cycles"], 16);
+    let error = fails(&["replay", "verify", &path], 1);
+    assert!(error.contains("match.replay") && error.contains("cycle 17"), "{error}");
+}
+
+/// Writes a replay anew, with the right checksums, after a change.
+fn alter_replay(path: &str, alter: impl FnOnce(&mut ReplayHeader, &mut Vec<Record>)) {
+    let bytes = std::fs::read(path).expect("the replay is there");
+    let Replay { mut header, mut records, ended } = read_replay(&bytes).expect("a replay");
+    alter(&mut header, &mut records);
+    records.extend(ended.map(|result| Record::Ended { result }));
+    let (mut writer, mut bytes) = ReplayWriter::begin(&header).expect("it fits");
+    for record in &records {
+        bytes.extend(writer.push(record).expect("it fits"));
+    }
+    std::fs::write(path, bytes).expect("the file can be written");
+}
+
+#[test]
 fn a_replay_that_was_cut_or_altered_is_bad_input_with_its_place() {
     let folder = folder("bad_replay");
     let replay = folder.join("match.replay");
