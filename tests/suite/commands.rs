@@ -242,6 +242,24 @@ fn a_replay_that_plays_differently_is_told_with_the_first_cycle() {
     assert!(error.contains("match.replay") && error.contains("cycle 17"), "{error}");
 }
 
+#[test]
+fn a_replay_whose_header_cannot_be_is_bad_input() {
+    let folder = folder("bad_header");
+    let path = folder.join("match.replay").display().to_string();
+    let check = |alter: fn(&mut ReplayHeader), named: &[&str]| {
+        json(&["match", "--cycles", "3", "--replay", &path, "--json"]);
+        alter_replay(&path, |header, _| alter(header));
+        let error = fails(&["replay", "verify", &path], 3);
+        for named in named.iter().chain(&["match.replay"]) {
+            assert!(error.contains(named), "{error} does not name {named}");
+        }
+    };
+    check(|header| header.cycles_max = 0, &["byte 6", "0 cycles"]);
+    check(|header| header.seats = 3, &["3 seats", "2"]);
+    check(|header| header.map_hash.0 ^= 1, &["map hashes to"]);
+    check(|header| header.map_override = Some("none.tmx".to_owned()), &["none.tmx"]);
+}
+
 /// Writes a replay anew, with the right checksums, after a change.
 fn alter_replay(path: &str, alter: impl FnOnce(&mut ReplayHeader, &mut Vec<Record>)) {
     let bytes = std::fs::read(path).expect("the replay is there");

@@ -196,6 +196,12 @@ fn beginning(replay: &Replay, path: &Path) -> Result<Referee, Failure> {
         let files = maniple_server::files(header);
         let mut loaded = load(&files, &header.scenario, header.map_override.as_deref(), Some(header.seed))?;
         loaded.limit_cycles(Cycle(header.cycles_max));
+        let seats = loaded.scenario.seats.len();
+        anyhow::ensure!(
+            usize::from(header.seats) == seats,
+            "the header says {} seats, the scenario in it has {seats}; record the match again",
+            header.seats
+        );
         let hash = Digest(loaded.map.hash());
         anyhow::ensure!(
             hash == header.map_hash,
