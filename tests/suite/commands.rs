@@ -96,6 +96,22 @@ fn what_cannot_be_meant_is_a_usage_error() {
 }
 
 #[test]
+fn an_unknown_bot_of_a_scenario_is_bad_input_with_file_and_seat() {
+    let folder = folder("bad_bot");
+    let scenario =
+        std::fs::read_to_string(Path::new(ROOT).join("config/scenarios/duel.toml")).expect("it ships");
+    let map = Path::new(ROOT).join("maps/choke.tmx").display().to_string();
+    let (first, second) = scenario.rsplit_once("straight").expect("a bot");
+    let scenario = file(&folder, "bad.toml", &format!("{first}strait{second}"));
+    let error = fails(&["match", &scenario, "--map", &map], 3);
+    for named in ["bad.toml", "seat 1", "strait", "idle, random, straight"] {
+        assert!(error.contains(named), "{error} does not name {named}");
+    }
+    let error = fails(&["match", &scenario, "--map", &map, "--bot", "idle", "--bot", "straits"], 2);
+    assert!(error.contains("--bot"), "{error}");
+}
+
+#[test]
 fn map_info_prints_the_figures_of_a_map() {
     let info = json(&["map", "info", "maps/diamond.tmx", "--json"]);
     let keys: Vec<&str> = info.as_object().expect("an object").keys().map(String::as_str).collect();

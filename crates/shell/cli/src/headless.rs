@@ -1,5 +1,6 @@
 //! A match in this process, without a clock.
 
+use anyhow::Context;
 use maniple_bots::{Bot, bot_seed};
 use maniple_game::Loaded;
 use maniple_server::Recording;
@@ -27,16 +28,29 @@ pub(crate) fn bots(loaded: &Loaded, names: &[String]) -> Result<Vec<Box<dyn Bot 
     }
     let seat_bot = |(number, default): (u16, Option<&String>)| {
         let seat = Seat(number);
-        let name = names.get(seat.index()).or(default).ok_or_else(|| {
-            Failure::usage(format!("the scenario names no bot for seat {number}; name one with --bot"))
-        })?;
-        maniple_bots::make(name, bot_seed(loaded.scenario.seed, seat))
-            .map_err(|error| Failure::usage(error.to_string()))
+        let seed = bot_seed(loaded.scenario.seed, seat);
+        match (names.get(seat.index()), default) {
+            (Some(name), _) => maniple_bots::make(name, seed)
+                .map_err(|error| Failure::usage(format!("--bot for seat {number}: {error}"))),
+            (None, Some(name)) => maniple_bots::make(name, seed)
+                .with_context(|| format!("{}, seat {number}", scenario_path(loaded)))
+                .map_err(Failure::BadInput),
+            (None, None) => Err(Failure::usage(format!(
+                "{} names no bot for seat {number}; name one with --bot",
+                scenario_path(loaded)
+            ))),
+        }
     };
     (0u16..).zip(seats.iter().map(|start| start.bot.as_ref())).map(seat_bot).collect()
 }
 
-/// Plays a match to its end; `progress` is told the number of cycles played.
+/// Returns the path of the scenario, which is the first file of a match.
+fn scenario_path(loaded: &Loaded) -> &str {
+    loaded.files.0.first().map_or("the scenario", |file| &file.path)
+}
+
+/// Plays a match to its end. The replay goes to `replay`, if one is wanted; `progress` is told the number of cycles
+/// played.
 pub(crate) fn play(
     loaded: Loaded,
     mut bots: Vec<Box<dyn Bot + Send>>,
