@@ -290,6 +290,20 @@ fn alter_replay(path: &str, alter: impl FnOnce(&mut ReplayHeader, &mut Vec<Recor
 }
 
 #[test]
+fn a_replay_that_cannot_be_written_is_told_with_its_path() {
+    let path = "/no/such/folder/match.replay";
+    // Before anybody has to wait for players.
+    for command in [&["match"][..], &["serve", "--listen", "127.0.0.1:0", "--once"]] {
+        let error = fails(&[command, &["--replay", path]].concat(), 1);
+        assert!(error.contains(path), "{error}");
+    }
+    if Path::new("/dev/full").exists() {
+        let error = fails(&["match", "--cycles", "3", "--replay", "/dev/full"], 1);
+        assert!(error.contains("the replay cannot be written: /dev/full"), "{error}");
+    }
+}
+
+#[test]
 fn a_replay_that_was_cut_or_altered_is_bad_input_with_its_place() {
     let folder = folder("bad_replay");
     let replay = folder.join("match.replay");

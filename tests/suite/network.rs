@@ -3,23 +3,27 @@
 #![allow(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
 use std::future::pending;
-use std::sync::Arc;
+use std::io::{self, Write};
+use std::process::{Child, Stdio};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use maniple_bots::{Bot, bot_seed, make};
 use maniple_client::{Client, ClientError, Event, Login};
 use maniple_game::{Files, Loaded, LoadedFile, load};
 use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, HELLO_MAX, Hello, PROTOCOL, Refused, ServerMessage,
-    encode_client, encode_commands, read_partial, read_replay,
+    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, HELLO_MAX, Hello, PROTOCOL, Record, Refused,
+    ServerMessage, encode_client, encode_commands, read_partial, read_replay,
 };
 use maniple_referee::{QUEUED_MAX, Referee};
-use maniple_server::{Access, Match, Outcome, RunError, Server};
+use maniple_server::{Access, Match, RunError, Server};
 use maniple_view::{ClockMode, Command, Handle, MatchResult, Seat, Sequenced, View};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpSocket, TcpStream};
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
+
+use crate::commands::maniple;
 
 const NAMES: [&str; 2] = ["Ada", "Bob"];
 
@@ -284,7 +288,7 @@ async fn open_seats_take_whoever_comes_and_one_match_follows_the_other() {
         for player in players {
             assert_eq!(player.await.unwrap().0, expected);
         }
-        assert_eq!(running.await.unwrap().unwrap().result.as_ref(), Some(&expected));
+        assert_eq!(running.await.unwrap().unwrap().as_ref(), Some(&expected));
     }
 }
 
@@ -296,6 +300,9 @@ async fn a_match_that_is_broken_off_leaves_a_replay_up_to_there() {
     let mut bot = bot("straight", 0);
     start(&mut *bot, &client);
     play_until(&mut client, &mut *bot, 12).await;
+    let written = read_partial(&arena.replay.bytes()).unwrap().replay.records;
+    let is_hash = |record: &&Record| matches!(record, Record::Cycle { .. });
+    assert_eq!(written.iter().filter(is_hash).count(), 13, "what has happened is written, not kept");
     let outcome = arena.shut_down().await;
     assert_eq!(outcome.result, None);
     assert!(matches!(client.next().await, Err(ClientError::Refused(Refused::Shutdown))));
@@ -314,7 +321,35 @@ struct Arena {
     address: String,
     tokens: Vec<String>,
     shutdown: oneshot::Sender<()>,
-    running: JoinHandle<Result<Outcome, RunError>>,
+    running: JoinHandle<Result<Option<MatchResult>, RunError>>,
+    replay: Shared,
+}
+
+/// How a match came out, and what is written of it.
+struct Outcome {
+    result: Option<MatchResult>,
+    replay: Vec<u8>,
+}
+
+/// Bytes that can be looked at while they are written.
+#[derive(Clone, Default)]
+struct Shared(Arc<Mutex<Vec<u8>>>);
+
+impl Shared {
+    fn bytes(&self) -> Vec<u8> {
+        self.0.lock().unwrap().clone()
+    }
+}
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.lock().unwrap().extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 impl Arena {
@@ -322,6 +357,8 @@ impl Arena {
         let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
         let address = server.local_addr().unwrap().to_string();
         let game = Match::with_random_tokens(Referee::new(loaded.clone(), mode).unwrap()).unwrap();
+        let replay = Shared::default();
+        let game = game.recorded_to(replay.clone());
         let token = |access: &Access| match access {
             Access::Token(token) => token.to_string(),
             Access::Open => String::new(),
@@ -336,7 +373,7 @@ impl Arena {
             };
             server.run(game, shutdown).await
         });
-        Self { address, tokens, shutdown, running }
+        Self { address, tokens, shutdown, running, replay }
     }
 
     async fn client(&self, seat: usize) -> Client {
@@ -348,12 +385,13 @@ impl Arena {
     }
 
     async fn outcome(self) -> Outcome {
-        self.running.await.unwrap().unwrap()
+        Outcome { result: self.running.await.unwrap().unwrap(), replay: self.replay.bytes() }
     }
 
-    async fn shut_down(self) -> Outcome {
-        self.shutdown.send(()).unwrap();
-        self.running.await.unwrap().unwrap()
+    async fn shut_down(mut self) -> Outcome {
+        let (sender, _) = oneshot::channel();
+        std::mem::replace(&mut self.shutdown, sender).send(()).unwrap();
+        self.outcome().await
     }
 }
 

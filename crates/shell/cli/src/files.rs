@@ -1,6 +1,8 @@
 //! Files on disk, and those that ship inside the program.
 
-use std::path::Path;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use maniple_game::{Files, LoadedFile};
@@ -44,6 +46,34 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
 /// Writes a file.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     std::fs::write(path, bytes).with_context(|| path.display().to_string()).map_err(Failure::Failed)
+}
+
+/// A file that is written bit by bit. Its errors name it.
+pub(crate) struct Output {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+/// Creates a file that is written bit by bit, or empties the one that is there.
+pub(crate) fn create(path: &Path) -> Result<Output, Failure> {
+    let file = File::create(path).with_context(|| path.display().to_string()).map_err(Failure::Failed)?;
+    Ok(Output { path: path.to_owned(), file: BufWriter::new(file) })
+}
+
+impl Output {
+    fn named(&self, error: &io::Error) -> io::Error {
+        io::Error::new(error.kind(), format!("{}: {error}", self.path.display()))
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes).map_err(|error| self.named(&error))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush().map_err(|error| self.named(&error))
+    }
 }
 
 /// Returns the map in a file.

@@ -1,5 +1,7 @@
 //! A match in this process, without a clock.
 
+use std::io::Write;
+
 use anyhow::Context;
 use maniple_bots::{Bot, bot_seed};
 use maniple_game::Loaded;
@@ -8,13 +10,6 @@ use maniple_view::{ClockMode, MatchResult, Seat, Sequenced};
 
 use crate::failure::Failure;
 use crate::start;
-
-/// How a match went.
-pub(crate) struct Played {
-    pub(crate) result: MatchResult,
-    /// The bytes of its replay.
-    pub(crate) replay: Vec<u8>,
-}
 
 /// Returns the bots of a match: those that are named, then those of the scenario.
 pub(crate) fn bots(loaded: &Loaded, names: &[String]) -> Result<Vec<Box<dyn Bot + Send>>, Failure> {
@@ -54,9 +49,11 @@ fn scenario_path(loaded: &Loaded) -> &str {
 pub(crate) fn play(
     loaded: Loaded,
     mut bots: Vec<Box<dyn Bot + Send>>,
+    replay: Option<impl Write>,
     progress: impl Fn(u32),
-) -> Result<Played, Failure> {
-    let mut recording = Recording::begin(&loaded).map_err(Failure::bad_input)?;
+) -> Result<MatchResult, Failure> {
+    let recording = replay.map(|sink| Recording::begin(&loaded, sink)).transpose();
+    let mut recording = recording.map_err(Failure::failed)?;
     let mut referee = start::referee(loaded, ClockMode::Lockstep)?;
     for (seat, bot) in (0..).map(Seat).zip(&bots) {
         referee.handle_join(seat, bot.name()).map_err(Failure::failed)?;
@@ -77,10 +74,14 @@ pub(crate) fn play(
             let batch = numbered.collect();
             referee.handle_commands(seat, delta.cycle, batch).map_err(Failure::failed)?;
         }
-        recording.extend(referee.take_records()).map_err(Failure::failed)?;
+        let records = referee.take_records();
+        if let Some(recording) = &mut recording {
+            recording.extend(records).map_err(Failure::failed)?;
+        }
         progress(referee.cycle().0);
         if let Some(result) = referee.result() {
-            return Ok(Played { result: result.clone(), replay: recording.into_bytes() });
+            recording.map(Recording::finish).transpose().map_err(Failure::failed)?;
+            return Ok(result.clone());
         }
         referee.step();
     }

@@ -43,13 +43,11 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
     let (name, seed, rate) = (loaded.scenario.name.clone(), loaded.scenario.seed, loaded.scenario.rate);
     let bar = progress_bar(u64::from(loaded.scenario.cycles_max.0));
     let begun = Instant::now();
-    let played = headless::play(loaded, bots, |cycle| bar.set_position(u64::from(cycle)))?;
+    let replay = arguments.replay.as_deref().map(files::create).transpose()?;
+    let result = headless::play(loaded, bots, replay, |cycle| bar.set_position(u64::from(cycle)))?;
     let seconds = begun.elapsed().as_secs_f64();
     bar.finish_and_clear();
-    if let Some(path) = &arguments.replay {
-        files::write(path, &played.replay)?;
-    }
-    let MatchResult { winner, reason, cycles, scores, hash } = played.result;
+    let MatchResult { winner, reason, cycles, scores, hash } = result;
     let report = Report {
         scenario: name,
         seed,

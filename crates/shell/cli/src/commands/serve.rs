@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Context;
-use maniple_server::{Access, Match, Outcome, Server};
+use maniple_server::{Access, Match, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
 
@@ -82,10 +82,7 @@ async fn serve(arguments: &Serve) -> Result<(), Failure> {
                 std::future::pending::<()>().await;
             }
         };
-        let Outcome { result, replay } = server.run(game, interrupted).await.map_err(Failure::failed)?;
-        if let Some(path) = &arguments.replay {
-            files::write(path, &replay)?;
-        }
+        let result = server.run(game, interrupted).await.map_err(Failure::failed)?;
         let result = result.ok_or(Failure::Interrupted)?;
         print(Format::of(&arguments.json), &Ended { id, result }, Ended::text)?;
         if arguments.once {
@@ -114,7 +111,10 @@ fn prepare(
         Some(access) => Match::new(referee, access),
         None => Match::with_random_tokens(referee),
     };
-    let game = game.map_err(Failure::failed)?;
+    let mut game = game.map_err(Failure::failed)?;
+    if let Some(path) = &arguments.replay {
+        game = game.recorded_to(files::create(path)?);
+    }
     let open_seat = |(seat, access): (u16, &Access)| OpenSeat {
         seat: Seat(seat),
         token: match access {
