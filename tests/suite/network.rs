@@ -192,6 +192,34 @@ async fn who_does_not_read_is_cut_off_and_may_come_back() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn who_is_behind_at_the_end_still_gets_the_result() {
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.set_recv_buffer_size(4096).unwrap();
+    let stream = socket.connect(arena.address.parse().unwrap()).await.unwrap();
+    let mut slow = BufReader::new(stream);
+    slow.write_all(hello(&arena.tokens[0]).as_bytes()).await.unwrap();
+    let mut other = arena.client(1).await;
+    assert!(matches!(other.next().await.unwrap(), Event::Cycle(_)));
+    // Answers that it has yet to read, and more than its side of the socket holds.
+    let pings = "{\"ping\":{\"id\":1}}\n".repeat(400);
+    slow.write_all(pings.as_bytes()).await.unwrap();
+    other.send(vec![Command::Resign]).await.unwrap();
+    other.done().await.unwrap();
+    slow.write_all(b"{\"done\":{\"cycle\":0}}\n").await.unwrap();
+    while !matches!(other.next().await.unwrap(), Event::Ended(_)) {}
+    drop(other);
+    // It still answers what it has not seen to be the last.
+    for _ in 0..3 {
+        tokio::time::sleep(Duration::from_millis(700)).await;
+        slow.write_all(b"{\"done\":{\"cycle\":1}}\n").await.unwrap();
+    }
+    let messages = rest(&mut slow).await;
+    assert!(matches!(messages.last(), Some(ServerMessage::Ended { .. })), "{:?}", messages.last());
+    arena.outcome().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_flood_of_commands_removes_who_sends_it() {
     let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
     let mut other = arena.client(1).await;

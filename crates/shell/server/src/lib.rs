@@ -14,7 +14,7 @@ mod simulation;
 mod table;
 mod token;
 
-pub use connection::{DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX};
+pub use connection::{DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX};
 pub use doors::{Access, JOIN_INTERVAL};
 pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
 pub use pace::LATE_PERIODS_MAX;

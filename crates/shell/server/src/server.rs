@@ -152,8 +152,9 @@ impl Server {
         self.listener.local_addr()
     }
 
-    /// Plays a match: waits until all seats have been joined, plays to the end, or until `shutdown`, and closes all
-    /// connections. Connections that come between two matches wait for the next.
+    /// Plays a match: waits until all seats have been joined, plays to the end, or until `shutdown`, and tells all
+    /// connections. Returns its result; `None` if it was broken off by the shutdown. Connections that come between
+    /// two matches wait for the next.
     ///
     /// # Errors
     /// See [`RunError`]; what clients do is none.
@@ -186,8 +187,12 @@ impl Server {
                     let Some(connection) = numbers.next() else { continue };
                     let gate = gate.clone();
                     connections.spawn(async move {
-                        serve(stream, connection, peer, gate).await;
-                        drop(slot);
+                        let Some(farewell) = serve(stream, connection, peer, gate).await else { return };
+                        // On its own: who takes its time shall not hold up the next match.
+                        tokio::spawn(async move {
+                            farewell.wait().await;
+                            drop(slot);
+                        });
                     });
                 }
                 Some(_) = connections.join_next() => {}
@@ -196,6 +201,15 @@ impl Server {
         gate.ended.cancel();
         while connections.join_next().await.is_some() {}
         Ok(outcome.map_err(|_| RunError::Panicked)??)
+    }
+
+    /// Waits until every connection of the matches so far is closed, so that each client can take its last message. To
+    /// be called when no match runs, before the program ends.
+    ///
+    /// Nobody can make it wait for longer than [`DISCARD_TIMEOUT`](crate::DISCARD_TIMEOUT).
+    pub async fn wait_closed(&self) {
+        let all = u32::try_from(CONNECTIONS_MAX).expect("the limit is below 2^32");
+        drop(self.slots.acquire_many(all).await.expect("the semaphore is never closed"));
     }
 
     async fn accept(&self) -> (TcpStream, SocketAddr, OwnedSemaphorePermit) {

@@ -70,10 +70,18 @@ async fn serve(arguments: &Serve) -> Result<(), Failure> {
     let server = Server::bind(arguments.listen)
         .with_context(|| format!("cannot listen on {}", arguments.listen))
         .map_err(Failure::Failed)?;
+    let outcome = play(arguments, &server).await;
+    // Whatever the outcome, the clients have been told something.
+    server.wait_closed().await;
+    outcome
+}
+
+/// Plays one match after the other.
+async fn play(arguments: &Serve, server: &Server) -> Result<(), Failure> {
     let mut seed = arguments.seed;
     let mut access = None;
     loop {
-        let (game, next_seed) = prepare(arguments, seed, access.take(), &server)?;
+        let (game, next_seed) = prepare(arguments, seed, access.take(), server)?;
         let id = game.id();
         access = Some(game.access().to_vec());
         // A signal that cannot be listened to must not end the match.
