@@ -363,6 +363,38 @@ fn a_match_over_tcp_ends_with_the_hash_of_the_headless_one() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn an_interrupted_command_ends_with_130() {
+    let folder = folder("interrupted");
+    let duel = short_scenario().replace("rate = 8", "rate = 1000");
+    let scenario = file(&folder, "day.toml", &duel.replace("length_seconds = 25", "length_seconds = 86400"));
+    let replay = folder.join("day.replay");
+    let path = replay.display().to_string();
+    let arguments =
+        ["match", &scenario, "--map", "maps/choke.tmx", "--bot", "idle", "--bot", "idle", "--replay", &path];
+    let mut running = maniple(&arguments).stdout(Stdio::null()).spawn().expect("the program runs");
+    let begun = Instant::now();
+    while !replay.exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "the match does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    interrupt(&running);
+    assert_eq!(running.wait().expect("it ends").code(), Some(130));
+
+    for clock in ["lockstep", "realtime"] {
+        let (mut server, _, _) = serve(&["--clock", clock]);
+        interrupt(&server);
+        assert_eq!(server.wait().expect("it ends").code(), Some(130), "{clock}");
+    }
+}
+
+#[cfg(unix)]
+fn interrupt(child: &Child) {
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(kill.success());
+}
+
 /// The shipped duel, cut to 200 cycles.
 fn short_scenario() -> String {
     let duel = std::fs::read_to_string(Path::new(ROOT).join("config/scenarios/duel.toml")).expect("the duel");
@@ -376,6 +408,12 @@ fn short_scenario() -> String {
 pub(crate) fn serve(arguments: &[&str]) -> (Child, String, Vec<String>) {
     let all = [&["serve", "--listen", "127.0.0.1:0", "--json"], arguments].concat();
     let mut server = maniple(&all).stdout(Stdio::piped()).spawn().expect("the server runs");
+    let (address, tokens) = opened(&mut server);
+    (server, address, tokens)
+}
+
+/// Waits until a daemon says where it listens; returns its address and the tokens of its seats.
+fn opened(server: &mut Child) -> (String, Vec<String>) {
     let mut lines = BufReader::new(server.stdout.take().expect("a pipe")).lines();
     let line = lines.next().expect("the server says where it listens").expect("text");
     let opened: Value = serde_json::from_str(&line).expect("JSON");
@@ -383,5 +421,5 @@ pub(crate) fn serve(arguments: &[&str]) -> (Child, String, Vec<String>) {
     let tokens = seats.iter().map(|seat| seat["token"].as_str().expect("a token").to_owned()).collect();
     // What it says at the end has to go somewhere.
     std::thread::spawn(move || lines.for_each(drop));
-    (server, opened["address"].as_str().expect("an address").to_owned(), tokens)
+    (opened["address"].as_str().expect("an address").to_owned(), tokens)
 }

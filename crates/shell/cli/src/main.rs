@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod files;
 mod headless;
+mod interrupt;
 mod output;
 mod picture;
 mod start;
@@ -27,7 +28,7 @@ fn main() -> ExitCode {
 
 fn run(command: Command) -> Result<(), Failure> {
     if !matches!(command, Command::Serve(_)) {
-        exit_when_interrupted();
+        interrupt::exit_when_interrupted();
     }
     match command {
         Command::Map(map) => commands::map::run(&map),
@@ -44,15 +45,4 @@ fn log_to_stderr(filter: &str) -> Result<(), Failure> {
         .map_err(|error| Failure::usage(format!("--log {filter:?}: {error}")))?;
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
     Ok(())
-}
-
-/// Ends the process with the code that a shell gives to an interrupted one. The daemon has its own way to stop.
-fn exit_when_interrupted() {
-    std::thread::spawn(|| {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        let interrupted = runtime.map(|runtime| runtime.block_on(tokio::signal::ctrl_c()));
-        if matches!(interrupted, Ok(Ok(()))) {
-            std::process::exit(failure::INTERRUPTED);
-        }
-    });
 }

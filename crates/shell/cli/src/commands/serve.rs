@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use crate::arguments::{Clock, Serve};
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::output::{Format, print};
 use crate::{files, start};
 
@@ -67,34 +68,32 @@ pub(crate) fn run(arguments: &Serve) -> Result<(), Failure> {
 }
 
 async fn serve(arguments: &Serve) -> Result<(), Failure> {
+    let interrupt = Interrupt::listen().await;
     let server = Server::bind(arguments.listen)
         .with_context(|| format!("cannot listen on {}", arguments.listen))
         .map_err(Failure::Failed)?;
-    let outcome = play(arguments, &server).await;
+    let outcome = play(arguments, &server, interrupt).await;
     // Whatever the outcome, the clients have been told something.
     server.wait_closed().await;
     outcome
 }
 
 /// Plays one match after the other.
-async fn play(arguments: &Serve, server: &Server) -> Result<(), Failure> {
+async fn play(arguments: &Serve, server: &Server, mut interrupt: Interrupt) -> Result<(), Failure> {
     let mut seed = arguments.seed;
     let mut access = None;
     loop {
         let (game, next_seed) = prepare(arguments, seed, access.take(), server)?;
         let id = game.id();
         access = Some(game.access().to_vec());
-        // A signal that cannot be listened to must not end the match.
-        let interrupted = async {
-            if tokio::signal::ctrl_c().await.is_err() {
-                std::future::pending::<()>().await;
-            }
-        };
-        let result = server.run(game, interrupted).await.map_err(Failure::failed)?;
+        let result = server.run(game, interrupt.wait()).await.map_err(Failure::failed)?;
         let result = result.ok_or(Failure::Interrupted)?;
         print(Format::of(&arguments.json), &Ended { id, result }, Ended::text)?;
         if arguments.once {
             return Ok(());
+        }
+        if interrupt.has_come() {
+            return Err(Failure::Interrupted);
         }
         seed = Some(next_seed);
     }
