@@ -395,6 +395,20 @@ fn interrupt(child: &Child) {
     assert!(kill.success());
 }
 
+#[cfg(unix)]
+#[test]
+fn a_log_that_goes_to_no_terminal_has_no_colours() {
+    let mut command = maniple(&["serve", "--listen", "127.0.0.1:0", "--json", "--log", "debug"]);
+    let mut server =
+        command.env_remove("NO_COLOR").stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let (address, _) = opened(&mut server);
+    fails(&["bot", "idle", "--connect", &address, "--token", &"0".repeat(32)], 1);
+    interrupt(&server);
+    let log = server.wait_with_output().expect("it ends").stderr;
+    let log = String::from_utf8(log).expect("text");
+    assert!(log.contains("refused") && !log.contains('\x1b'), "{log:?}");
+}
+
 /// The shipped duel, cut to 200 cycles.
 fn short_scenario() -> String {
     let duel = std::fs::read_to_string(Path::new(ROOT).join("config/scenarios/duel.toml")).expect("the duel");

@@ -10,6 +10,7 @@ mod output;
 mod picture;
 mod start;
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -43,6 +44,12 @@ fn run(command: Command) -> Result<(), Failure> {
 fn log_to_stderr(filter: &str) -> Result<(), Failure> {
     let filter = tracing_subscriber::EnvFilter::try_new(filter)
         .map_err(|error| Failure::usage(format!("--log {filter:?}: {error}")))?;
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let is_plain = std::env::var_os("NO_COLOR").is_some_and(|wish| !wish.is_empty());
+    let has_colours = std::io::stderr().is_terminal() && !is_plain;
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(has_colours)
+        .with_writer(std::io::stderr)
+        .init();
     Ok(())
 }
