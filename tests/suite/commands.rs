@@ -409,6 +409,18 @@ fn a_log_that_goes_to_no_terminal_has_no_colours() {
     assert!(log.contains("refused") && !log.contains('\x1b'), "{log:?}");
 }
 
+#[test]
+fn a_bot_without_a_token_is_told_what_the_server_says() {
+    let (mut server, address, _) = serve(&["--clock", "lockstep"]);
+    let mut bot = maniple(&["bot", "idle", "--connect", &address]);
+    let output = bot.env_remove("MANIPLE_TOKEN").output().expect("the program runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("the server refused"), "{error}");
+    server.kill().expect("it runs");
+    server.wait().expect("it ends");
+}
+
 /// The shipped duel, cut to 200 cycles.
 fn short_scenario() -> String {
     let duel = std::fs::read_to_string(Path::new(ROOT).join("config/scenarios/duel.toml")).expect("the duel");

@@ -321,6 +321,28 @@ async fn open_seats_take_whoever_comes_and_one_match_follows_the_other() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn a_shipped_bot_takes_an_open_seat_without_a_token() {
+    let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
+    let address = server.local_addr().unwrap().to_string();
+    let (expected, _) = headless(&loaded(LOCKSTEP), ["straight", "straight"]);
+    let referee = Referee::new(loaded(LOCKSTEP), ClockMode::Lockstep).unwrap();
+    let game = Match::new(referee, vec![Access::Open; 2]).unwrap();
+    let bots: Vec<Child> = (0..2)
+        .map(|_| {
+            let mut bot = maniple(&["bot", "straight", "--connect", &address, "--seed", "5", "--json"]);
+            bot.env_remove("MANIPLE_TOKEN").stdout(Stdio::piped()).spawn().unwrap()
+        })
+        .collect();
+    let running = tokio::spawn(async move { server.run(game, pending()).await });
+    for bot in bots {
+        let output = tokio::task::spawn_blocking(|| bot.wait_with_output()).await.unwrap().unwrap();
+        let ended: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(ended["result"]["hash"], expected.hash.to_string());
+    }
+    assert_eq!(running.await.unwrap().unwrap().unwrap().hash, expected.hash);
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_match_that_is_broken_off_leaves_a_replay_up_to_there() {
     let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
     let b = tokio::spawn(play_to_the_last(arena.client(1).await, bot("straight", 1)));

@@ -167,8 +167,15 @@ pub(crate) struct Bot {
     /// Where the match runs
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
     pub(crate) connect: SocketAddr,
-    /// The token of the seat, as `maniple serve` prints it
-    #[arg(long, value_name = "T", env = "MANIPLE_TOKEN", hide_env_values = true)]
+    /// The token of the seat, as `maniple serve` prints it; without it any seat that is open to all
+    #[arg(
+        long,
+        value_name = "T",
+        env = "MANIPLE_TOKEN",
+        hide_env_values = true,
+        default_value = "",
+        hide_default_value = true
+    )]
     pub(crate) token: String,
     /// The seed of the match; the bot's own is made of it and of the seat, as `maniple match` does
     #[arg(long, value_name = "S", default_value_t = 1)]
