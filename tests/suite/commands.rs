@@ -148,6 +148,22 @@ fn map_check_fails_where_something_is_odd() {
 }
 
 #[test]
+fn foreign_objects_are_counted_and_no_failure() {
+    let folder = folder("foreign");
+    let map = file(
+        &folder,
+        "warp.tmx",
+        r#"<map version="1.10" orientation="orthogonal" width="3" height="2" tilewidth="16" tileheight="16">
+        <objectgroup id="1"><object id="7" class="warp" x="40" y="8"/><object id="8" x="0" y="0"/></objectgroup></map>"#,
+    );
+    let found = json(&["map", "check", &map, "--json"]);
+    assert_eq!((&found["findings"], &found["foreign_objects"]), (&serde_json::json!([]), &2.into()));
+    let text = String::from_utf8(run(&["map", "check", &map]).stdout).expect("text");
+    assert!(text.contains("tile (2, 0): object 7 is ignored"), "{text}");
+    assert!(text.ends_with("foreign_objects: 2\n"), "{text}");
+}
+
+#[test]
 fn a_bad_map_is_bad_input_with_its_place() {
     let folder = folder("bad_map");
     let map = file(&folder, "bad.map", "type octile\nheight 2\nwidth 3\nmap\n...\n.x.\n");

@@ -48,7 +48,8 @@ pub(crate) enum MapCommand {
     /// Print size, passable tiles, walls, regions and spawns
     #[command(after_help = "Example: maniple map info maps/choke.tmx --json")]
     Info(MapInfo),
-    /// List what is odd: narrow gaps, spawns in walls, regions cut off; exit code 1 if anything is
+    /// List what is odd: narrow gaps, spawns in walls, regions cut off; exit code 1 if anything is. Objects that are
+    /// ignored are listed and counted, and are no failure
     #[command(after_help = "Example: maniple map check maps/choke.tmx --radius 0.45")]
     Check(MapCheck),
     /// Draw tiles, walls and spawns
