@@ -62,6 +62,7 @@ pub(crate) fn file(folder: &Path, name: &str, text: &str) -> String {
 #[test]
 fn every_command_has_help_with_an_example() {
     for command in [
+        "map",
         "map info",
         "map check",
         "map render",
@@ -69,6 +70,7 @@ fn every_command_has_help_with_an_example() {
         "match",
         "serve",
         "bot",
+        "replay",
         "replay info",
         "replay verify",
         "replay render",

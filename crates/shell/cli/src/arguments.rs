@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Look at a map: its figures, what is odd about it, its picture
-    #[command(subcommand)]
+    #[command(subcommand, after_help = "Example: maniple map info maps/choke.tmx")]
     Map(MapCommand),
     /// Run a kinematic scene from a JSON file
     #[command(after_help = "Example: maniple simulate scene.json --cycles 100 --json")]
@@ -39,7 +39,7 @@ pub(crate) enum Command {
     #[command(after_help = "Example: maniple bot straight --connect 127.0.0.1:7171 --token TOKEN")]
     Bot(Bot),
     /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
-    #[command(subcommand)]
+    #[command(subcommand, after_help = "Example: maniple replay verify duel.replay")]
     Replay(ReplayCommand),
 }
 
