@@ -250,6 +250,23 @@ fn a_match_repeats_to_the_bit_and_its_replay_verifies() {
 }
 
 #[test]
+fn what_a_match_says_to_do_next_can_be_done_anywhere() {
+    let folder = folder("next");
+    let text = |arguments: &[&str]| {
+        let output = maniple(arguments).current_dir(&folder).output().expect("the program runs");
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let mut said = text(&["match", "--cycles", "3"]);
+    for _ in 0..2 {
+        let next =
+            said.lines().find_map(|line| line.strip_prefix("next: maniple ")).expect("a hint").to_owned();
+        said = text(&next.split(' ').collect::<Vec<_>>());
+    }
+    assert!(folder.join("match.png").exists());
+}
+
+#[test]
 fn a_replay_that_plays_differently_is_told_with_the_first_cycle() {
     let folder = folder("difference");
     let path = folder.join("match.replay").display().to_string();

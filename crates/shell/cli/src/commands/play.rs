@@ -1,7 +1,6 @@
 //! `maniple match`: bots against each other in this process.
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -11,7 +10,6 @@ use serde::Serialize;
 
 use crate::arguments::Match;
 use crate::failure::Failure;
-use crate::files::SHIPPED_SCENARIO;
 use crate::output::{Format, grouped, print};
 use crate::{files, headless, start};
 
@@ -104,13 +102,17 @@ fn text(report: &Report, arguments: &Match) -> String {
         EndReason::Resigned => "the others had resigned",
     };
     let _ = writeln!(text, "  {ended}; state hash {}", report.hash);
-    let scenario = arguments.scenario.as_deref().unwrap_or(Path::new(SHIPPED_SCENARIO)).display();
     let _ = match &report.replay {
         Some(replay) => {
             let cycle = report.cycles / 2;
             writeln!(text, "next: maniple replay render {replay} --cycle {cycle} --out match.png")
         }
-        None => writeln!(text, "next: maniple match {scenario} --bot random --seed 2 --replay match.replay"),
+        None => {
+            let scenario = arguments.scenario.iter().map(|path| format!(" {}", path.display()));
+            let map = arguments.map.iter().map(|path| format!(" --map {}", path.display()));
+            let same: String = scenario.chain(map).collect();
+            writeln!(text, "next: maniple match{same} --bot random --seed 2 --replay match.replay")
+        }
     };
     text
 }
