@@ -75,6 +75,11 @@ fn a_wrong_scene_is_bad_input_that_names_object_and_field() {
     check(r#"{"id":-3,"x":5,"y":5,"r":1}"#, "", &["objects[0].id"]);
     check(one, r#"{"cycle":2,"id":7,"x":1,"y":1,"s":1}"#, &["cycle 2", "id 7"]);
     check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":-1}"#, &["object 1", "cycle 2", "s is -1"]);
+    check(
+        one,
+        r#"{"cycle":2,"id":1,"x":1,"y":1,"s":0,"queue":true}"#,
+        &["object 1", "cycle 2", "s is 0", "queue"],
+    );
     check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[1,0]}"#, &["object 1", "start"]);
     check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[3,1.5]}"#, &["object 1", "start", "1.5"]);
     let error = fails(&["simulate", &file(&folder, "scene.json", r#"{"bounds":[0,0,0,1],"objects":[]}"#)], 3);

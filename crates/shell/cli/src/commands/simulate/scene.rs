@@ -165,6 +165,9 @@ impl Scene {
             }
             self.check_numbers(&[("x", order.x), ("y", order.y)], place)?;
             self.limits.check_speed(order.s).map_err(|error| anyhow!("{}: s {error}", place()))?;
+            if order.queue && order.s == 0.0 {
+                bail!("{}: s is 0, which stops at once; a stop cannot be queued: leave out `queue`", place());
+            }
             if let Some((start, fraction)) = order.start {
                 let checked = self.limits.check_fraction(fraction);
                 checked.map_err(|error| anyhow!("{}: start[1] {error}", place()))?;
