@@ -70,7 +70,8 @@ fn a_wrong_scene_is_bad_input_that_names_object_and_field() {
     check(r#"{"id":3,"x":5,"y":25,"r":0.5}"#, "", &["object 3", "y is 25", "bounds"]);
     check(r#"{"id":3,"x":5,"y":5,"r":0}"#, "", &["object 3", "r is 0", "positive"]);
     check(r#"{"id":3,"x":5,"y":-0.0,"r":1}"#, "", &["object 3", "y is -0"]);
-    check(r#"{"id":3,"x":1e999,"y":5,"r":1}"#, "", &["objects[0].x", "out of range"]);
+    check(r#"{"id":3,"x":1e999,"y":5,"r":1}"#, "", &["objects[0].x", "out of range", "object 3"]);
+    check(one, r#"{"cycle":2,"id":1,"x":1e999,"y":1,"s":1}"#, &["moves[0].x", "out of range", "object 1"]);
     check(r#"{"id":3,"x":5,"y":5,"r":1,"mass":2}"#, "", &["objects[0].mass", "object 3"]);
     check(r#"{"id":-3,"x":5,"y":5,"r":1}"#, "", &["objects[0].id"]);
     check(one, r#"{"cycle":2,"id":7,"x":1,"y":1,"s":1}"#, &["cycle 2", "id 7"]);

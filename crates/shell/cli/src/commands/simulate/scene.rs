@@ -180,12 +180,31 @@ impl Scene {
     }
 }
 
-/// The place of an error, with the id of the object where the text up to there gives one.
+/// The ids of a scene. Whatever else is in it is skipped, so that a number that cannot be read is no hindrance.
+#[derive(Debug, Deserialize)]
+struct Ids {
+    #[serde(default)]
+    objects: Vec<Id>,
+    #[serde(default)]
+    moves: Vec<Id>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Id {
+    id: Option<serde_json::Number>,
+}
+
+/// The place of an error, with the id of the object where the text gives one.
 fn named(path: String, text: &[u8]) -> String {
     let id = path.split_once('[').and_then(|(list, rest)| {
         let index: usize = rest.split_once(']')?.0.parse().ok()?;
-        let scene: serde_json::Value = serde_json::from_slice(text).ok()?;
-        Some(scene.get(list)?.get(index)?.get("id")?.to_string())
+        let Ids { objects, moves } = serde_json::from_slice(text).ok()?;
+        let ids = match list {
+            "objects" => objects,
+            "moves" => moves,
+            _ => return None,
+        };
+        ids.get(index)?.id.clone()
     });
     match id {
         Some(id) => format!("{path} (object {id})"),
