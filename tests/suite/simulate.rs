@@ -41,6 +41,24 @@ fn simulate_limits() -> maniple_geometry::Limits {
 }
 
 #[test]
+fn a_scene_that_does_not_come_to_rest_is_bad_input_that_names_the_way_out() {
+    let folder = folder("no_rest");
+    let check = |order: &str| {
+        let objects = r#"[{"id":1,"x":2,"y":5,"r":0.5}]"#;
+        let scene = format!(r#"{{"bounds":[0,0,20,20],"objects":{objects},"moves":[{order}]}}"#);
+        let scene = file(&folder, "scene.json", &scene);
+        let error = fails(&["simulate", &scene], 3);
+        for named in ["scene.json", "1048576 cycles", "--cycles"] {
+            assert!(error.contains(named), "{error} does not name {named}");
+        }
+        assert_eq!(json(&["simulate", &scene, "--cycles", "7", "--json"])["cycles"], 7);
+    };
+    check(r#"{"cycle":0,"id":1,"x":5,"y":5,"s":1e-11}"#);
+    check(r#"{"cycle":4294967295,"id":1,"x":5,"y":5,"s":1}"#);
+    check(r#"{"cycle":0,"id":1,"x":5,"y":5,"s":1,"start":[4294967295,0.5]}"#);
+}
+
+#[test]
 fn without_cycles_a_scene_runs_until_all_rest() {
     let folder = folder("until_rest");
     let scene = r#"{"bounds":[0,0,20,20],"objects":[{"id":4,"x":2,"y":5,"r":0.5}],
