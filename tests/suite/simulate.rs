@@ -1,5 +1,7 @@
 //! `maniple simulate`: the core's results, and what is wrong with a scene.
 
+use maniple_geometry::Limits;
+use maniple_geometry::limits::SPEED_MIN;
 use serde_json::Value;
 
 use crate::commands::{fails, file, folder, json};
@@ -17,7 +19,7 @@ fn a_scene_is_simulated_as_the_core_does() {
         let cycles = scene.cycles.to_string();
         let threads = (1 + number % 3).to_string();
         let found = json(&["simulate", &path, "--cycles", &cycles, "--threads", &threads, "--json"]);
-        scene.limits = simulate_limits();
+        scene.limits = declared_limits(&scene);
         let (world, events, _) = scene.play();
         assert_eq!(found["hash"], format!("{:016x}", world.digest()), "scene {number}");
         assert_eq!(found["events"].as_array().map(Vec::len), Some(events.len()));
@@ -34,10 +36,22 @@ fn a_scene_is_simulated_as_the_core_does() {
     }
 }
 
-/// The limits of every scene of `maniple simulate` that is not larger.
-fn simulate_limits() -> maniple_geometry::Limits {
-    let power = |exponent: u32| f64::from(1u32 << exponent);
-    maniple_geometry::Limits::new(power(20), power(10), power(20)).expect("these are limits")
+/// The limits that follow from what the file of a scene declares.
+fn declared_limits(scene: &Scene) -> Limits {
+    let ends = scene.walls[..4].iter().flat_map(|wall| [wall.segment.start, wall.segment.end]);
+    let reach = ends.map(|end| end.x.abs().max(end.y.abs())).fold(0.0, f64::max);
+    let speeds = scene.orders.iter().flat_map(|order| order.legs.first()).map(|leg| leg.1);
+    Limits::new(reach, 1024.0, speeds.fold(SPEED_MIN, f64::max)).expect("these are limits")
+}
+
+#[test]
+fn the_skin_of_a_small_scene_is_small() {
+    let folder = folder("small_scene");
+    let scene = r#"{"bounds":[0,0,20,20],"objects":[{"id":1,"x":2.25,"y":5,"r":0.5},{"id":2,"x":10,"y":5,"r":0.5}],
+        "moves":[{"cycle":0,"id":1,"x":10,"y":5,"s":1}]}"#;
+    let found = json(&["simulate", &file(&folder, "scene.json", scene), "--json"]);
+    let gap = 9.0 - found["objects"][0]["x"].as_f64().expect("a number");
+    assert!(0.0 < gap && gap < 1e-11, "{gap:e}");
 }
 
 #[test]
@@ -98,6 +112,16 @@ fn a_wrong_scene_is_bad_input_that_names_object_and_field() {
         one,
         r#"{"cycle":2,"id":1,"x":1,"y":1,"s":0,"queue":true}"#,
         &["object 1", "cycle 2", "s is 0", "queue"],
+    );
+    check(
+        one,
+        r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1e7}"#,
+        &["object 1", "cycle 2", "s is 10000000", "1048576"],
+    );
+    check(
+        one,
+        r#"{"cycle":2,"id":1,"x":1,"y":21,"s":1}"#,
+        &["object 1", "cycle 2", "y is 21", "20", "bounds"],
     );
     check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[1,0]}"#, &["object 1", "start"]);
     check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[3,1.5]}"#, &["object 1", "start", "1.5"]);
