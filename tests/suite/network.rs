@@ -3,29 +3,25 @@
 #![allow(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
 use std::future::pending;
-use std::io::{self, Write};
 use std::process::{Child, Stdio};
-use std::sync::{Arc, Mutex};
+use std::sync::Arc;
 use std::time::Duration;
 
-use maniple_bots::{Bot, bot_seed, make};
-use maniple_client::{Client, ClientError, Event, Login};
-use maniple_game::{Files, Loaded, LoadedFile, load};
+use maniple_bots::Bot;
+use maniple_client::{Client, ClientError, Event};
+use maniple_game::{Loaded, load};
 use maniple_protocol::{
     ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, HELLO_MAX, Hello, PROTOCOL, Record, Refused,
     ServerMessage, encode_client, encode_commands, read_partial, read_replay,
 };
 use maniple_referee::{QUEUED_MAX, Referee};
-use maniple_server::{Access, Match, RunError, Server};
+use maniple_server::{Access, Match, Server};
 use maniple_view::{ClockMode, Command, Handle, MatchResult, Seat, Sequenced, View};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpSocket, TcpStream};
-use tokio::sync::oneshot;
-use tokio::task::JoinHandle;
 
+use crate::arena::{Arena, NAMES, Outcome, bot, loaded, login};
 use crate::commands::maniple;
-
-const NAMES: [&str; 2] = ["Ada", "Bob"];
 
 /// Seats wait for each other as long as it takes: a slow machine shall not change a result.
 const LOCKSTEP: &str = "rate = 8\nlength_seconds = 30\nclock = { time_bank_seconds = 3600 }";
@@ -364,107 +360,6 @@ async fn a_match_that_is_broken_off_leaves_a_replay_up_to_there() {
         referee.handle_record(&event).unwrap();
     }
     assert_eq!(referee.cycle().0, 12);
-}
-
-/// A server with one match.
-struct Arena {
-    address: String,
-    tokens: Vec<String>,
-    shutdown: oneshot::Sender<()>,
-    running: JoinHandle<Result<Option<MatchResult>, RunError>>,
-    replay: Shared,
-}
-
-/// How a match came out, and what is written of it.
-struct Outcome {
-    result: Option<MatchResult>,
-    replay: Vec<u8>,
-}
-
-/// Bytes that can be looked at while they are written.
-#[derive(Clone, Default)]
-struct Shared(Arc<Mutex<Vec<u8>>>);
-
-impl Shared {
-    fn bytes(&self) -> Vec<u8> {
-        self.0.lock().unwrap().clone()
-    }
-}
-
-impl Write for Shared {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.lock().unwrap().extend_from_slice(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
-impl Arena {
-    fn open(loaded: &Loaded, mode: ClockMode) -> Self {
-        let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
-        let address = server.local_addr().unwrap().to_string();
-        let game = Match::with_random_tokens(Referee::new(loaded.clone(), mode).unwrap()).unwrap();
-        let replay = Shared::default();
-        let game = game.recorded_to(replay.clone());
-        let token = |access: &Access| match access {
-            Access::Token(token) => token.to_string(),
-            Access::Open => String::new(),
-        };
-        let tokens = game.access().iter().map(token).collect();
-        let (shutdown, asked) = oneshot::channel::<()>();
-        let running = tokio::spawn(async move {
-            let shutdown = async {
-                if asked.await.is_err() {
-                    pending::<()>().await;
-                }
-            };
-            server.run(game, shutdown).await
-        });
-        Self { address, tokens, shutdown, running, replay }
-    }
-
-    async fn client(&self, seat: usize) -> Client {
-        Client::connect(&self.address, login(seat, &self.tokens[seat])).await.unwrap()
-    }
-
-    async fn raw(&self) -> BufReader<TcpStream> {
-        BufReader::new(TcpStream::connect(&self.address).await.unwrap())
-    }
-
-    async fn outcome(self) -> Outcome {
-        Outcome { result: self.running.await.unwrap().unwrap(), replay: self.replay.bytes() }
-    }
-
-    async fn shut_down(mut self) -> Outcome {
-        let (sender, _) = oneshot::channel();
-        std::mem::replace(&mut self.shutdown, sender).send(()).unwrap();
-        self.outcome().await
-    }
-}
-
-/// Returns the start of a race of two seats with five units each on an open field.
-fn loaded(clock: &str) -> Loaded {
-    let seat = "{ groups = [{ unit = 'a', count = 3 }, { unit = 'b', count = 2 }] }";
-    let scenario = format!(
-        "name = 'tiny'\nmap = 'tiny.map'\nseed = 5\n{clock}\nseat = [{seat}, {seat}]\n\
-         vision = {{}}\nobjective = {{ kind = 'race', zone_size = 3 }}\n\
-         unit.a = {{ radius = 0.3, speed = 4, sight = 5 }}\nunit.b = {{ radius = 0.45, speed = 3, sight = 7 }}\n"
-    );
-    let map = format!("type octile\nheight 12\nwidth 24\nmap\n{}", "........................\n".repeat(12));
-    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
-    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
-    load(&files, "tiny.toml", None, None).unwrap()
-}
-
-fn bot(name: &str, seat: u16) -> Box<dyn Bot + Send> {
-    make(name, bot_seed(5, Seat(seat))).unwrap()
-}
-
-fn login(seat: usize, token: &str) -> Login {
-    Login { client: "suite".to_owned(), player: NAMES[seat].to_owned(), token: token.to_owned() }
 }
 
 /// Returns how a match of these bots comes out in one process, and the views at its end.
