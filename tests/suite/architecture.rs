@@ -51,6 +51,44 @@ fn bincode_is_named_in_one_module_only() {
 }
 
 #[test]
+fn what_is_forbidden_in_the_core_is_forbidden_under_every_name() {
+    let text = std::fs::read_to_string(Path::new(ROOT).join("crates/core/clippy.toml")).expect("the bans");
+    let bans: toml::Table = text.parse().expect("TOML");
+    let paths = |key: &str| -> BTreeSet<String> {
+        let list = bans[key].as_array().expect("a list").iter();
+        list.map(|ban| ban["path"].as_str().expect("a path").to_owned()).collect()
+    };
+    let banned: BTreeSet<String> =
+        paths("disallowed-methods").union(&paths("disallowed-types")).cloned().collect();
+    for path in &banned {
+        for (of_double, of_single) in [("f64::", "f32::"), ("glam::DVec2::", "glam::Vec2::")] {
+            for (one, other) in [(of_double, of_single), (of_single, of_double)] {
+                let twin = path.strip_prefix(one).map(|name| format!("{other}{name}"));
+                assert!(
+                    twin.is_none_or(|twin| banned.contains(&twin)),
+                    "{path} is forbidden, but not for {other}"
+                );
+            }
+        }
+    }
+    for path in [
+        "rand::rng",
+        "std::env::var_os",
+        "std::fs::OpenOptions",
+        "std::fs::metadata",
+        "std::fs::read_dir",
+        "std::os::unix::net::UnixStream",
+        "std::thread::Builder::spawn",
+        "f64::exp_m1",
+        "f64::tanh",
+        "glam::DVec2::angle_to",
+        "glam::DVec2::from_angle",
+    ] {
+        assert!(banned.contains(path), "{path} is not forbidden");
+    }
+}
+
+#[test]
 fn every_file_of_the_suite_is_in_the_suite() {
     let folder = Path::new(ROOT).join("tests/suite");
     for (parent, module) in [(folder.clone(), "main.rs"), (folder.join("kinematics"), "mod.rs")] {

@@ -1,12 +1,12 @@
 //! The program as its users run it: output, errors and exit codes.
 
-use std::io::{BufRead, BufReader};
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
+use maniple_protocol::{Record, Replay, ReplayHeader, ReplayWriter, read_replay};
 use serde_json::Value;
-
-use crate::kinematics::{Random, Scene};
 
 pub(crate) const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
 
@@ -20,34 +20,40 @@ pub(crate) fn maniple(arguments: &[&str]) -> Command {
     command
 }
 
-fn run(arguments: &[&str]) -> Output {
+pub(crate) fn run(arguments: &[&str]) -> Output {
     maniple(arguments).output().expect("the program runs")
 }
 
 /// Runs a command that succeeds and returns the JSON that it prints.
-fn json(arguments: &[&str]) -> Value {
+pub(crate) fn json(arguments: &[&str]) -> Value {
     let output = run(arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{arguments:?}: {error}"))
 }
 
 /// Runs a command that fails, and returns what it writes to standard error.
-fn fails(arguments: &[&str], code: i32) -> String {
+pub(crate) fn fails(arguments: &[&str], code: i32) -> String {
     let output = run(arguments);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
     error
 }
 
+/// Says that something was not tested. The test harness captures what `eprintln!` writes, but not this.
+pub(crate) fn skipped(what: &str) {
+    let said = writeln!(std::io::stderr(), "SKIPPED: {what}");
+    said.expect("standard error takes a line");
+}
+
 /// A folder for the files of one test; emptied at the start.
-fn folder(test: &str) -> PathBuf {
+pub(crate) fn folder(test: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("the folder can be made");
     folder
 }
 
-fn file(folder: &Path, name: &str, text: &str) -> String {
+pub(crate) fn file(folder: &Path, name: &str, text: &str) -> String {
     let path = folder.join(name);
     std::fs::write(&path, text).expect("the file can be written");
     path.display().to_string()
@@ -56,6 +62,7 @@ fn file(folder: &Path, name: &str, text: &str) -> String {
 #[test]
 fn every_command_has_help_with_an_example() {
     for command in [
+        "map",
         "map info",
         "map check",
         "map render",
@@ -63,6 +70,7 @@ fn every_command_has_help_with_an_example() {
         "match",
         "serve",
         "bot",
+        "replay",
         "replay info",
         "replay verify",
         "replay render",
@@ -90,25 +98,49 @@ fn what_cannot_be_meant_is_a_usage_error() {
 }
 
 #[test]
-fn map_info_prints_the_figures_of_a_map() {
-    let info = json(&["map", "info", "maps/diamond.tmx", "--json"]);
-    let keys: Vec<&str> = info.as_object().expect("an object").keys().map(String::as_str).collect();
-    for key in [
-        "width",
-        "height",
-        "passable_tiles",
-        "segments",
-        "wall_length",
-        "loops",
-        "regions",
-        "largest_region_tiles",
-        "spawns",
-    ] {
-        assert!(keys.contains(&key), "{key} is not in {keys:?}");
+fn an_unknown_bot_of_a_scenario_is_bad_input_with_file_and_seat() {
+    let folder = folder("bad_bot");
+    let scenario =
+        std::fs::read_to_string(Path::new(ROOT).join("config/scenarios/duel.toml")).expect("it ships");
+    let map = Path::new(ROOT).join("maps/choke.tmx").display().to_string();
+    let (first, second) = scenario.rsplit_once("straight").expect("a bot");
+    let scenario = file(&folder, "bad.toml", &format!("{first}strait{second}"));
+    let error = fails(&["match", &scenario, "--map", &map], 3);
+    for named in ["bad.toml", "seat 1", "strait", "idle, random, straight"] {
+        assert!(error.contains(named), "{error} does not name {named}");
     }
-    assert_eq!((&info["width"], &info["height"], &info["spawns"]), (&40.into(), &40.into(), &4.into()));
-    let text = String::from_utf8(run(&["map", "info", "maps/diamond.tmx"]).stdout).expect("text");
-    assert!(text.starts_with("40 x 40 tiles"), "{text}");
+    let error = fails(&["match", &scenario, "--map", &map, "--bot", "idle", "--bot", "straits"], 2);
+    assert!(error.contains("--bot"), "{error}");
+}
+
+#[test]
+fn map_info_prints_the_figures_of_a_map() {
+    let folder = folder("map_info");
+    // A closed room of 2 x 2 tiles in the corner, a pillar, and 14 + 4 tiles that are open.
+    let map =
+        file(&folder, "small.map", "type octile\nheight 4\nwidth 6\nmap\n..@...\n..@.@.\n@@@...\n......\n");
+    let figures = serde_json::json!({
+        "width": 6,
+        "height": 4,
+        "passable_tiles": 18,
+        // The edge of the room is 8 long. The border of the large region is 24 - 8 + 2 around, and 4 around the pillar.
+        "segments": 4 + 6 + 4,
+        "wall_length": 32.0,
+        "loops": 3,
+        "regions": 2,
+        "largest_region_tiles": 14,
+        "spawns": 0,
+    });
+    assert_eq!(json(&["map", "info", &map, "--json"]), figures);
+    let text = String::from_utf8(run(&["map", "info", &map]).stdout).expect("text");
+    let lines = [
+        "6 x 4 tiles, 18 of them passable",
+        "14 wall segments, 32.0 tile edges long, in 3 loops",
+        "2 regions, the largest with 14 tiles",
+        "0 spawns",
+    ];
+    assert_eq!(text.lines().collect::<Vec<_>>(), lines);
+    assert_eq!(json(&["map", "info", "maps/diamond.tmx", "--json"])["spawns"], 4);
 }
 
 #[test]
@@ -126,6 +158,22 @@ fn map_check_fails_where_something_is_odd() {
 }
 
 #[test]
+fn foreign_objects_are_counted_and_no_failure() {
+    let folder = folder("foreign");
+    let map = file(
+        &folder,
+        "warp.tmx",
+        r#"<map version="1.10" orientation="orthogonal" width="3" height="2" tilewidth="16" tileheight="16">
+        <objectgroup id="1"><object id="7" class="warp" x="40" y="8"/><object id="8" x="0" y="0"/></objectgroup></map>"#,
+    );
+    let found = json(&["map", "check", &map, "--json"]);
+    assert_eq!((&found["findings"], &found["foreign_objects"]), (&serde_json::json!([]), &2.into()));
+    let text = String::from_utf8(run(&["map", "check", &map]).stdout).expect("text");
+    assert!(text.contains("tile (2, 0): object 7 is ignored"), "{text}");
+    assert!(text.ends_with("foreign_objects: 2\n"), "{text}");
+}
+
+#[test]
 fn a_bad_map_is_bad_input_with_its_place() {
     let folder = folder("bad_map");
     let map = file(&folder, "bad.map", "type octile\nheight 2\nwidth 3\nmap\n...\n.x.\n");
@@ -133,6 +181,33 @@ fn a_bad_map_is_bad_input_with_its_place() {
     assert!(error.contains("bad.map") && error.contains("line 6") && error.contains("column 2"), "{error}");
     fails(&["map", "info", "no/such.map"], 3);
     fails(&["match", "--map", &map], 3);
+}
+
+#[test]
+fn an_own_map_and_its_tilesets_come_from_disk_whatever_ships_under_their_names() {
+    let folder = folder("own_map");
+    std::fs::create_dir(folder.join("maps")).expect("the folder can be made");
+    let shipped =
+        |name: &str| std::fs::read_to_string(Path::new(ROOT).join("maps").join(name)).expect("it ships");
+    let tiles = file(&folder, "maps/tiles.tsx", &shipped("tiles.tsx").replace("\"nw\"", "\"up\""));
+    file(&folder, "maps/mine.tmx", &shipped("choke.tmx"));
+    file(&folder, "maps/choke.tmx", "damaged");
+    let check = |arguments: &[&str], named: &str| {
+        let output = maniple(arguments).current_dir(&folder).output().expect("the program runs");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {error}");
+        assert!(error.contains(named), "{arguments:?}: {error}");
+    };
+    for command in [&["match", "--cycles", "1"][..], &["serve", "--listen", "127.0.0.1:0", "--once"]] {
+        check(&[command, &["--map", "maps/choke.tmx"]].concat(), "maps/choke.tmx");
+        check(&[command, &["--map", "maps/mine.tmx"]].concat(), "diagonal");
+        check(&[command, &["--map", "config/scenarios/duel.toml"]].concat(), "config/scenarios/duel.toml");
+    }
+    std::fs::remove_file(tiles).expect("it is there");
+    check(&["match", "--cycles", "1", "--map", "maps/mine.tmx"], "tiles.tsx");
+    let shipped =
+        maniple(&["match", "--cycles", "1"]).current_dir(&folder).output().expect("the program runs");
+    assert!(shipped.status.success(), "the shipped scenario needs no file");
 }
 
 #[test]
@@ -160,82 +235,6 @@ fn png_size(path: &str) -> (u32, u32) {
 }
 
 #[test]
-fn a_scene_is_simulated_as_the_core_does() {
-    let folder = folder("simulate");
-    let seed = 5;
-    println!("seed {seed}");
-    for number in 0..40 {
-        let mut scene = Scene::random(&mut Random(seed + number));
-        scene.single_orders();
-        let path = file(&folder, "scene.json", &scene.to_json());
-        let cycles = scene.cycles.to_string();
-        let threads = (1 + number % 3).to_string();
-        let found = json(&["simulate", &path, "--cycles", &cycles, "--threads", &threads, "--json"]);
-        scene.limits = simulate_limits();
-        let (world, events, _) = scene.play();
-        assert_eq!(found["hash"], format!("{:016x}", world.digest()), "scene {number}");
-        assert_eq!(found["events"].as_array().map(Vec::len), Some(events.len()));
-        for (found, event) in found["events"].as_array().expect("a list").iter().zip(&events) {
-            assert_eq!(found["time"].as_f64().map(f64::to_bits), Some(event.time.to_bits()));
-            assert_eq!(found["id"], event.object.0);
-            assert_eq!(found["other"], event.other.map_or(Value::Null, |other| other.0.into()));
-        }
-        for (found, id) in found["objects"].as_array().expect("a list").iter().zip(world.ids()) {
-            let center = world.circle(id).expect("the object is there").center;
-            assert_eq!(found["x"].as_f64().map(f64::to_bits), Some(center.x.to_bits()));
-            assert_eq!(found["y"].as_f64().map(f64::to_bits), Some(center.y.to_bits()));
-        }
-    }
-}
-
-/// The limits of every scene of `maniple simulate` that is not larger.
-fn simulate_limits() -> maniple_geometry::Limits {
-    let power = |exponent: u32| f64::from(1u32 << exponent);
-    maniple_geometry::Limits::new(power(20), power(10), power(20)).expect("these are limits")
-}
-
-#[test]
-fn without_cycles_a_scene_runs_until_all_rest() {
-    let folder = folder("until_rest");
-    let scene = r#"{"bounds":[0,0,20,20],"objects":[{"id":4,"x":2,"y":5,"r":0.5}],
-        "moves":[{"cycle":0,"id":4,"x":5,"y":5,"s":1},{"cycle":9,"id":4,"x":5,"y":6.5,"s":1,"start":[12,0.25]}]}"#;
-    let found = json(&["simulate", &file(&folder, "scene.json", scene), "--json"]);
-    assert_eq!(found["cycles"], 14);
-    assert_eq!(found["objects"][0]["moving"], false);
-    assert_eq!(
-        found["events"][1],
-        serde_json::json!(
-        {"cycle": 13, "time": 0.75, "id": 4, "kind": "arrived", "other": null})
-    );
-}
-
-#[test]
-fn a_wrong_scene_is_bad_input_that_names_object_and_field() {
-    let folder = folder("bad_scene");
-    let check = |objects: &str, moves: &str, named: &[&str]| {
-        let scene = format!(r#"{{"bounds":[0,0,20,20],"objects":[{objects}],"moves":[{moves}]}}"#);
-        let error = fails(&["simulate", &file(&folder, "scene.json", &scene)], 3);
-        assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");
-    };
-    let one = r#"{"id":1,"x":2,"y":5,"r":0.5}"#;
-    check(&format!(r#"{one},{{"id":2,"x":2.9,"y":5,"r":0.5}}"#), "", &["object 2", "overlaps object 1"]);
-    check(&format!(r#"{one},{{"id":1,"x":9,"y":5,"r":0.5}}"#), "", &["object 1", "id"]);
-    check(r#"{"id":3,"x":0.4,"y":5,"r":0.5}"#, "", &["object 3", "overlaps a wall"]);
-    check(r#"{"id":3,"x":5,"y":25,"r":0.5}"#, "", &["object 3", "y is 25", "bounds"]);
-    check(r#"{"id":3,"x":5,"y":5,"r":0}"#, "", &["object 3", "r is 0", "positive"]);
-    check(r#"{"id":3,"x":5,"y":-0.0,"r":1}"#, "", &["object 3", "y is -0"]);
-    check(r#"{"id":3,"x":1e999,"y":5,"r":1}"#, "", &["objects[0].x", "out of range"]);
-    check(r#"{"id":3,"x":5,"y":5,"r":1,"mass":2}"#, "", &["objects[0].mass", "object 3"]);
-    check(r#"{"id":-3,"x":5,"y":5,"r":1}"#, "", &["objects[0].id"]);
-    check(one, r#"{"cycle":2,"id":7,"x":1,"y":1,"s":1}"#, &["cycle 2", "id 7"]);
-    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":-1}"#, &["object 1", "cycle 2", "s is -1"]);
-    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[1,0]}"#, &["object 1", "start"]);
-    check(one, r#"{"cycle":2,"id":1,"x":1,"y":1,"s":1,"start":[3,1.5]}"#, &["object 1", "start", "1.5"]);
-    let error = fails(&["simulate", &file(&folder, "scene.json", r#"{"bounds":[0,0,0,1],"objects":[]}"#)], 3);
-    assert!(error.contains("bounds"), "{error}");
-}
-
-#[test]
 fn a_match_repeats_to_the_bit_and_its_replay_verifies() {
     let folder = folder("match");
     let replay = folder.join("match.replay").display().to_string();
@@ -256,6 +255,95 @@ fn a_match_repeats_to_the_bit_and_its_replay_verifies() {
     assert_eq!(info["players"], serde_json::json!(["random", "straight"]));
     assert_eq!(info["result"]["hash"], first["hash"]);
     assert_ne!(json(&["match", "--cycles", "150", "--seed", "10", "--json"])["hash"], first["hash"]);
+}
+
+#[test]
+fn what_a_match_says_to_do_next_can_be_done_anywhere() {
+    let folder = folder("next");
+    let text = |arguments: &[&str]| {
+        let output = maniple(arguments).current_dir(&folder).output().expect("the program runs");
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let mut said = text(&["match", "--cycles", "3"]);
+    for _ in 0..2 {
+        let next =
+            said.lines().find_map(|line| line.strip_prefix("next: maniple ")).expect("a hint").to_owned();
+        said = text(&next.split(' ').collect::<Vec<_>>());
+    }
+    assert!(folder.join("match.png").exists());
+}
+
+#[test]
+fn a_replay_that_plays_differently_is_told_with_the_first_cycle() {
+    let folder = folder("difference");
+    let path = folder.join("match.replay").display().to_string();
+    json(&["match", "--cycles", "30", "--replay", &path, "--json"]);
+    alter_replay(&path, |_, records| {
+        for record in records {
+            if let Record::Cycle { cycle, hash } = record
+                && cycle.0 >= 17
+            {
+                hash.0 ^= 1;
+            }
+        }
+    });
+    let output = run(&["replay", "verify", &path, "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let verdict: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(
+        (&verdict["verified"], &verdict["first_difference"]),
+        (&false.into(), &17.into()),
+        "{verdict}"
+    );
+    assert_eq!(verdict["cycles"], 16);
+    let error = fails(&["replay", "verify", &path], 1);
+    assert!(error.contains("match.replay") && error.contains("cycle 17"), "{error}");
+}
+
+#[test]
+fn a_replay_whose_header_cannot_be_is_bad_input() {
+    let folder = folder("bad_header");
+    let path = folder.join("match.replay").display().to_string();
+    let check = |alter: fn(&mut ReplayHeader), named: &[&str]| {
+        json(&["match", "--cycles", "3", "--replay", &path, "--json"]);
+        alter_replay(&path, |header, _| alter(header));
+        let error = fails(&["replay", "verify", &path], 3);
+        for named in named.iter().chain(&["match.replay"]) {
+            assert!(error.contains(named), "{error} does not name {named}");
+        }
+    };
+    check(|header| header.cycles_max = 0, &["byte 6", "0 cycles"]);
+    check(|header| header.seats = 3, &["3 seats", "2"]);
+    check(|header| header.map_hash.0 ^= 1, &["map hashes to"]);
+    check(|header| header.map_override = Some("none.tmx".to_owned()), &["none.tmx"]);
+}
+
+/// Writes a replay anew, with the right checksums, after a change.
+fn alter_replay(path: &str, alter: impl FnOnce(&mut ReplayHeader, &mut Vec<Record>)) {
+    let bytes = std::fs::read(path).expect("the replay is there");
+    let Replay { mut header, mut records, ended } = read_replay(&bytes).expect("a replay");
+    alter(&mut header, &mut records);
+    records.extend(ended.map(|result| Record::Ended { result }));
+    let (mut writer, mut bytes) = ReplayWriter::begin(&header).expect("it fits");
+    for record in &records {
+        bytes.extend(writer.push(record).expect("it fits"));
+    }
+    std::fs::write(path, bytes).expect("the file can be written");
+}
+
+#[test]
+fn a_replay_that_cannot_be_written_is_told_with_its_path() {
+    let path = "/no/such/folder/match.replay";
+    // Before anybody has to wait for players.
+    for command in [&["match"][..], &["serve", "--listen", "127.0.0.1:0", "--once"]] {
+        let error = fails(&[command, &["--replay", path]].concat(), 1);
+        assert!(error.contains(path), "{error}");
+    }
+    if Path::new("/dev/full").exists() {
+        let error = fails(&["match", "--cycles", "3", "--replay", "/dev/full"], 1);
+        assert!(error.contains("the replay cannot be written: /dev/full"), "{error}");
+    }
 }
 
 #[test]
@@ -285,7 +373,7 @@ fn a_match_over_tcp_ends_with_the_hash_of_the_headless_one() {
         .filter(|map| {
             let is_there = map.exists();
             if !is_there {
-                eprintln!("SKIPPED: the real map {} is not there", map.display());
+                skipped(&format!("the real map {} is not there", map.display()));
             }
             is_there
         })
@@ -318,6 +406,64 @@ fn a_match_over_tcp_ends_with_the_hash_of_the_headless_one() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn an_interrupted_command_ends_with_130() {
+    let folder = folder("interrupted");
+    let duel = short_scenario().replace("rate = 8", "rate = 1000");
+    let scenario = file(&folder, "day.toml", &duel.replace("length_seconds = 25", "length_seconds = 86400"));
+    let replay = folder.join("day.replay");
+    let path = replay.display().to_string();
+    let arguments =
+        ["match", &scenario, "--map", "maps/choke.tmx", "--bot", "idle", "--bot", "idle", "--replay", &path];
+    let mut running = maniple(&arguments).stdout(Stdio::null()).spawn().expect("the program runs");
+    let begun = Instant::now();
+    while !replay.exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "the match does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    interrupt(&running);
+    assert_eq!(running.wait().expect("it ends").code(), Some(130));
+
+    for clock in ["lockstep", "realtime"] {
+        let (mut server, _, _) = serve(&["--clock", clock]);
+        interrupt(&server);
+        assert_eq!(server.wait().expect("it ends").code(), Some(130), "{clock}");
+    }
+}
+
+#[cfg(unix)]
+fn interrupt(child: &Child) {
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().expect("kill runs");
+    assert!(kill.success());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_log_that_goes_to_no_terminal_has_no_colours() {
+    let mut command = maniple(&["serve", "--listen", "127.0.0.1:0", "--json", "--log", "debug"]);
+    let mut server =
+        command.env_remove("NO_COLOR").stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+    let (address, _) = opened(&mut server);
+    fails(&["bot", "idle", "--connect", &address, "--token", &"0".repeat(32)], 1);
+    interrupt(&server);
+    let log = server.wait_with_output().expect("it ends").stderr;
+    let log = String::from_utf8(log).expect("text");
+    assert!(log.contains("refused") && !log.contains('\x1b'), "{log:?}");
+}
+
+#[test]
+fn a_bot_without_a_token_is_told_what_the_server_says() {
+    let (mut server, address, _) = serve(&["--clock", "lockstep"]);
+    let mut bot = maniple(&["bot", "idle", "--connect", &address]);
+    let output = bot.env_remove("MANIPLE_TOKEN").output().expect("the program runs");
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("the server refused"), "{error}");
+    server.kill().expect("it runs");
+    server.wait().expect("it ends");
+}
+
 /// The shipped duel, cut to 200 cycles.
 fn short_scenario() -> String {
     let duel = std::fs::read_to_string(Path::new(ROOT).join("config/scenarios/duel.toml")).expect("the duel");
@@ -331,6 +477,12 @@ fn short_scenario() -> String {
 pub(crate) fn serve(arguments: &[&str]) -> (Child, String, Vec<String>) {
     let all = [&["serve", "--listen", "127.0.0.1:0", "--json"], arguments].concat();
     let mut server = maniple(&all).stdout(Stdio::piped()).spawn().expect("the server runs");
+    let (address, tokens) = opened(&mut server);
+    (server, address, tokens)
+}
+
+/// Waits until a daemon says where it listens; returns its address and the tokens of its seats.
+fn opened(server: &mut Child) -> (String, Vec<String>) {
     let mut lines = BufReader::new(server.stdout.take().expect("a pipe")).lines();
     let line = lines.next().expect("the server says where it listens").expect("text");
     let opened: Value = serde_json::from_str(&line).expect("JSON");
@@ -338,5 +490,5 @@ pub(crate) fn serve(arguments: &[&str]) -> (Child, String, Vec<String>) {
     let tokens = seats.iter().map(|seat| seat["token"].as_str().expect("a token").to_owned()).collect();
     // What it says at the end has to go somewhere.
     std::thread::spawn(move || lines.for_each(drop));
-    (server, opened["address"].as_str().expect("an address").to_owned(), tokens)
+    (opened["address"].as_str().expect("an address").to_owned(), tokens)
 }

@@ -4,6 +4,7 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 mod architecture;
+mod arena;
 mod commands;
 mod kinematics;
 mod maps;
@@ -12,3 +13,4 @@ mod network;
 mod predicates;
 mod protocol;
 mod readme;
+mod simulate;

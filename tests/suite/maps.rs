@@ -3,6 +3,8 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::commands::skipped;
+
 use maniple_tilemap::{Resolver, TileMap, check, loops, place_far_apart, read, regions};
 
 /// The files in a folder of the disk.
@@ -48,7 +50,7 @@ fn shipped_tiled_maps_send_each_player_to_the_other_side() {
 fn every_shared_map_loads_and_its_walls_form_closed_loops() {
     let shared = root().join("../shared/maps");
     if !shared.is_dir() {
-        eprintln!("SKIPPED: no maps at {}; real maps were not tested", shared.display());
+        skipped(&format!("no maps at {}; real maps were not tested", shared.display()));
         return;
     }
     let files = maps_in(&shared);

@@ -3,25 +3,25 @@
 #![allow(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
 use std::future::pending;
+use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
-use maniple_bots::{Bot, bot_seed, make};
-use maniple_client::{Client, ClientError, Event, Login};
-use maniple_game::{Files, Loaded, LoadedFile, load};
+use maniple_bots::Bot;
+use maniple_client::{Client, ClientError, Event};
+use maniple_game::{Loaded, load};
 use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, HELLO_MAX, Hello, PROTOCOL, Refused, ServerMessage,
-    encode_client, encode_commands, read_partial, read_replay,
+    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, HELLO_MAX, Hello, PROTOCOL, Record, Refused,
+    ServerMessage, encode_client, encode_commands, read_partial, read_replay,
 };
 use maniple_referee::{QUEUED_MAX, Referee};
-use maniple_server::{Access, Match, Outcome, RunError, Server};
+use maniple_server::{Access, Match, Server};
 use maniple_view::{ClockMode, Command, Handle, MatchResult, Seat, Sequenced, View};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpSocket, TcpStream};
-use tokio::sync::oneshot;
-use tokio::task::JoinHandle;
 
-const NAMES: [&str; 2] = ["Ada", "Bob"];
+use crate::arena::{Arena, NAMES, Outcome, bot, loaded, login};
+use crate::commands::maniple;
 
 /// Seats wait for each other as long as it takes: a slow machine shall not change a result.
 const LOCKSTEP: &str = "rate = 8\nlength_seconds = 30\nclock = { time_bank_seconds = 3600 }";
@@ -188,6 +188,34 @@ async fn who_does_not_read_is_cut_off_and_may_come_back() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn who_is_behind_at_the_end_still_gets_the_result() {
+    let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
+    let socket = TcpSocket::new_v4().unwrap();
+    socket.set_recv_buffer_size(4096).unwrap();
+    let stream = socket.connect(arena.address.parse().unwrap()).await.unwrap();
+    let mut slow = BufReader::new(stream);
+    slow.write_all(hello(&arena.tokens[0]).as_bytes()).await.unwrap();
+    let mut other = arena.client(1).await;
+    assert!(matches!(other.next().await.unwrap(), Event::Cycle(_)));
+    // Answers that it has yet to read, and more than its side of the socket holds.
+    let pings = "{\"ping\":{\"id\":1}}\n".repeat(400);
+    slow.write_all(pings.as_bytes()).await.unwrap();
+    other.send(vec![Command::Resign]).await.unwrap();
+    other.done().await.unwrap();
+    slow.write_all(b"{\"done\":{\"cycle\":0}}\n").await.unwrap();
+    while !matches!(other.next().await.unwrap(), Event::Ended(_)) {}
+    drop(other);
+    // It still answers what it has not seen to be the last.
+    for _ in 0..3 {
+        tokio::time::sleep(Duration::from_millis(700)).await;
+        slow.write_all(b"{\"done\":{\"cycle\":1}}\n").await.unwrap();
+    }
+    let messages = rest(&mut slow).await;
+    assert!(matches!(messages.last(), Some(ServerMessage::Ended { .. })), "{:?}", messages.last());
+    arena.outcome().await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_flood_of_commands_removes_who_sends_it() {
     let arena = Arena::open(&loaded(LOCKSTEP), ClockMode::Lockstep);
     let mut other = arena.client(1).await;
@@ -284,8 +312,30 @@ async fn open_seats_take_whoever_comes_and_one_match_follows_the_other() {
         for player in players {
             assert_eq!(player.await.unwrap().0, expected);
         }
-        assert_eq!(running.await.unwrap().unwrap().result.as_ref(), Some(&expected));
+        assert_eq!(running.await.unwrap().unwrap().as_ref(), Some(&expected));
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_shipped_bot_takes_an_open_seat_without_a_token() {
+    let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
+    let address = server.local_addr().unwrap().to_string();
+    let (expected, _) = headless(&loaded(LOCKSTEP), ["straight", "straight"]);
+    let referee = Referee::new(loaded(LOCKSTEP), ClockMode::Lockstep).unwrap();
+    let game = Match::new(referee, vec![Access::Open; 2]).unwrap();
+    let bots: Vec<Child> = (0..2)
+        .map(|_| {
+            let mut bot = maniple(&["bot", "straight", "--connect", &address, "--seed", "5", "--json"]);
+            bot.env_remove("MANIPLE_TOKEN").stdout(Stdio::piped()).spawn().unwrap()
+        })
+        .collect();
+    let running = tokio::spawn(async move { server.run(game, pending()).await });
+    for bot in bots {
+        let output = tokio::task::spawn_blocking(|| bot.wait_with_output()).await.unwrap().unwrap();
+        let ended: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(ended["result"]["hash"], expected.hash.to_string());
+    }
+    assert_eq!(running.await.unwrap().unwrap().unwrap().hash, expected.hash);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -296,6 +346,9 @@ async fn a_match_that_is_broken_off_leaves_a_replay_up_to_there() {
     let mut bot = bot("straight", 0);
     start(&mut *bot, &client);
     play_until(&mut client, &mut *bot, 12).await;
+    let written = read_partial(&arena.replay.bytes()).unwrap().replay.records;
+    let is_hash = |record: &&Record| matches!(record, Record::Cycle { .. });
+    assert_eq!(written.iter().filter(is_hash).count(), 13, "what has happened is written, not kept");
     let outcome = arena.shut_down().await;
     assert_eq!(outcome.result, None);
     assert!(matches!(client.next().await, Err(ClientError::Refused(Refused::Shutdown))));
@@ -307,76 +360,6 @@ async fn a_match_that_is_broken_off_leaves_a_replay_up_to_there() {
         referee.handle_record(&event).unwrap();
     }
     assert_eq!(referee.cycle().0, 12);
-}
-
-/// A server with one match.
-struct Arena {
-    address: String,
-    tokens: Vec<String>,
-    shutdown: oneshot::Sender<()>,
-    running: JoinHandle<Result<Outcome, RunError>>,
-}
-
-impl Arena {
-    fn open(loaded: &Loaded, mode: ClockMode) -> Self {
-        let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
-        let address = server.local_addr().unwrap().to_string();
-        let game = Match::with_random_tokens(Referee::new(loaded.clone(), mode).unwrap()).unwrap();
-        let token = |access: &Access| match access {
-            Access::Token(token) => token.to_string(),
-            Access::Open => String::new(),
-        };
-        let tokens = game.access().iter().map(token).collect();
-        let (shutdown, asked) = oneshot::channel::<()>();
-        let running = tokio::spawn(async move {
-            let shutdown = async {
-                if asked.await.is_err() {
-                    pending::<()>().await;
-                }
-            };
-            server.run(game, shutdown).await
-        });
-        Self { address, tokens, shutdown, running }
-    }
-
-    async fn client(&self, seat: usize) -> Client {
-        Client::connect(&self.address, login(seat, &self.tokens[seat])).await.unwrap()
-    }
-
-    async fn raw(&self) -> BufReader<TcpStream> {
-        BufReader::new(TcpStream::connect(&self.address).await.unwrap())
-    }
-
-    async fn outcome(self) -> Outcome {
-        self.running.await.unwrap().unwrap()
-    }
-
-    async fn shut_down(self) -> Outcome {
-        self.shutdown.send(()).unwrap();
-        self.running.await.unwrap().unwrap()
-    }
-}
-
-/// Returns the start of a race of two seats with five units each on an open field.
-fn loaded(clock: &str) -> Loaded {
-    let seat = "{ groups = [{ unit = 'a', count = 3 }, { unit = 'b', count = 2 }] }";
-    let scenario = format!(
-        "name = 'tiny'\nmap = 'tiny.map'\nseed = 5\n{clock}\nseat = [{seat}, {seat}]\n\
-         vision = {{}}\nobjective = {{ kind = 'race', zone_size = 3 }}\n\
-         unit.a = {{ radius = 0.3, speed = 4, sight = 5 }}\nunit.b = {{ radius = 0.45, speed = 3, sight = 7 }}\n"
-    );
-    let map = format!("type octile\nheight 12\nwidth 24\nmap\n{}", "........................\n".repeat(12));
-    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
-    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
-    load(&files, "tiny.toml", None, None).unwrap()
-}
-
-fn bot(name: &str, seat: u16) -> Box<dyn Bot + Send> {
-    make(name, bot_seed(5, Seat(seat))).unwrap()
-}
-
-fn login(seat: usize, token: &str) -> Login {
-    Login { client: "suite".to_owned(), player: NAMES[seat].to_owned(), token: token.to_owned() }
 }
 
 /// Returns how a match of these bots comes out in one process, and the views at its end.

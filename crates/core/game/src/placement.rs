@@ -39,13 +39,21 @@ pub struct StartUnit {
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PlaceError {
     /// The map gives no places for all seats, and its largest region has too few tiles to find them.
-    #[error("the map has no spawn and zone for each of {seats} seats, and too few open tiles to place them")]
+    #[error(
+        "the map has no spawn and zone for each of {seats} seats, and too few open tiles to place them; \
+         give each player a spawn and a zone, or take a map with at least {} open tiles in one region",
+        2 * .seats
+    )]
     TooSmall {
         /// How many seats there are.
         seats: usize,
     },
     /// The spawn of a seat is not on an open tile.
-    #[error("the spawn of seat {seat} at ({}, {}) is not on an open tile", .position.x, .position.y)]
+    #[error(
+        "the spawn of seat {seat} at ({}, {}) is not on an open tile; move it to one",
+        .position.x,
+        .position.y
+    )]
     SpawnBlocked {
         /// The seat.
         seat: Seat,
@@ -53,7 +61,10 @@ pub enum PlaceError {
         position: DVec2,
     },
     /// The region of a seat's spawn has no room for all units of a group.
-    #[error("around the spawn of seat {seat} there is room for {placed} of the {units} units of a group")]
+    #[error(
+        "around the spawn of seat {seat} there is room for {placed} of the {units} units of a group; \
+         lower the count or the radius, add another spawn of the player in open ground, or take a larger map"
+    )]
     NoRoom {
         /// The seat.
         seat: Seat,
@@ -365,8 +376,11 @@ mod tests {
     fn what_does_not_fit_is_an_error_that_says_how_much_would() {
         let error = loaded("....\n....\n....\n....\n", "groups = [{ unit = 'a', count = 40 }]").unwrap_err();
         assert!(error.contains("there is room for") && error.contains("of the 40 units"), "{error}");
+        assert!(error.contains("lower the count"), "{error}");
         let error = loaded(".@\n", "groups = [{ unit = 'a', count = 1 }]").unwrap_err();
-        assert!(error.contains("too few open tiles"), "{error}");
+        assert!(error.contains("too few open tiles") && error.contains("at least 4 open tiles"), "{error}");
+        let error = PlaceError::SpawnBlocked { seat: Seat(1), position: DVec2::new(2.5, 0.5) }.to_string();
+        assert!(error.contains("seat 1 at (2.5, 0.5)") && error.contains("move it"), "{error}");
     }
 
     #[test]

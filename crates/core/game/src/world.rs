@@ -30,7 +30,7 @@ const LAYERS: Layers = Layers::GROUND;
 #[derive(Debug, Error)]
 pub enum WorldError {
     /// A limit that follows from map and scenario is none.
-    #[error("the {name} {problem}")]
+    #[error("the {name} {problem}; the size of the map and the unit types decide it")]
     Limits {
         /// Which limit.
         name: &'static str,
@@ -38,10 +38,10 @@ pub enum WorldError {
         problem: NumberError,
     },
     /// A wall of the map.
-    #[error("a wall of the map: {0}")]
+    #[error("a wall of the map: {0}; move the wall in the map")]
     Wall(kinematics::WallError),
     /// A unit.
-    #[error("unit {object}: {problem}")]
+    #[error("unit {object}: {problem}; move the spawn, or give the unit type a smaller radius")]
     Unit {
         /// Its number.
         object: ObjectId,

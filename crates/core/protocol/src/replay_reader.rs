@@ -71,6 +71,11 @@ pub enum ReplayProblem {
         /// The protocol of the header.
         found: u32,
     },
+    /// A header of a match that lasts no cycle.
+    #[error(
+        "its header says that the match lasts 0 cycles at most; at least 1 is needed: it was not recorded so"
+    )]
+    NoCycles,
     /// The file ends within a record.
     #[error("the file ends within a record: it was cut")]
     Cut,
@@ -203,6 +208,9 @@ impl<'a> Reader<'a> {
         let header: ReplayHeader = parse(next.body, start)?;
         if header.protocol != PROTOCOL {
             return Err((ReplayProblem::Protocol { found: header.protocol }, start));
+        }
+        if header.cycles_max == 0 {
+            return Err((ReplayProblem::NoCycles, start));
         }
         self.accept(&next);
         Ok(header)
@@ -382,6 +390,13 @@ mod tests {
         let (_, bytes) = ReplayWriter::begin(&header).unwrap();
         let problem = ReplayProblem::Protocol { found: PROTOCOL + 1 };
         assert_eq!(read_replay(&bytes).unwrap_err().problem, problem);
+    }
+
+    #[test]
+    fn a_match_without_a_cycle_is_refused() {
+        let header = ReplayHeader { cycles_max: 0, ..header() };
+        let (_, bytes) = ReplayWriter::begin(&header).unwrap();
+        assert_eq!(read_replay(&bytes).unwrap_err().problem, ReplayProblem::NoCycles);
     }
 
     #[test]

@@ -56,7 +56,9 @@ pub enum MapError {
         found: String,
     },
     /// A row of a MovingAI map that is shorter or longer than the width says.
-    #[error("line {line}: the row has {found} tiles; the width says {expected}")]
+    #[error(
+        "line {line}: the row has {found} tiles; the width says {expected}; give each row as many tiles as the width says"
+    )]
     RowLength {
         /// The line, from 1.
         line: usize,
@@ -66,7 +68,9 @@ pub enum MapError {
         expected: u32,
     },
     /// More or fewer rows in a MovingAI map than the height says.
-    #[error("line {line}: the map {problem}; the height says {expected} rows")]
+    #[error(
+        "line {line}: the map {problem}; the height says {expected} rows; add or remove rows, or mend the height"
+    )]
     RowCount {
         /// The line, from 1, where the first row is missing or too many.
         line: usize,

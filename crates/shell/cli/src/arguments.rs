@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Look at a map: its figures, what is odd about it, its picture
-    #[command(subcommand)]
+    #[command(subcommand, after_help = "Example: maniple map info maps/choke.tmx")]
     Map(MapCommand),
     /// Run a kinematic scene from a JSON file
     #[command(after_help = "Example: maniple simulate scene.json --cycles 100 --json")]
@@ -39,7 +39,7 @@ pub(crate) enum Command {
     #[command(after_help = "Example: maniple bot straight --connect 127.0.0.1:7171 --token TOKEN")]
     Bot(Bot),
     /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
-    #[command(subcommand)]
+    #[command(subcommand, after_help = "Example: maniple replay verify duel.replay")]
     Replay(ReplayCommand),
 }
 
@@ -48,7 +48,8 @@ pub(crate) enum MapCommand {
     /// Print size, passable tiles, walls, regions and spawns
     #[command(after_help = "Example: maniple map info maps/choke.tmx --json")]
     Info(MapInfo),
-    /// List what is odd: narrow gaps, spawns in walls, regions cut off; exit code 1 if anything is
+    /// List what is odd: narrow gaps, spawns in walls, regions cut off; exit code 1 if anything is. Objects that are
+    /// ignored are listed and counted, and are no failure
     #[command(after_help = "Example: maniple map check maps/choke.tmx --radius 0.45")]
     Check(MapCheck),
     /// Draw tiles, walls and spawns
@@ -167,8 +168,15 @@ pub(crate) struct Bot {
     /// Where the match runs
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
     pub(crate) connect: SocketAddr,
-    /// The token of the seat, as `maniple serve` prints it
-    #[arg(long, value_name = "T", env = "MANIPLE_TOKEN", hide_env_values = true)]
+    /// The token of the seat, as `maniple serve` prints it; without it any seat that is open to all
+    #[arg(
+        long,
+        value_name = "T",
+        env = "MANIPLE_TOKEN",
+        hide_env_values = true,
+        default_value = "",
+        hide_default_value = true
+    )]
     pub(crate) token: String,
     /// The seed of the match; the bot's own is made of it and of the seat, as `maniple match` does
     #[arg(long, value_name = "S", default_value_t = 1)]

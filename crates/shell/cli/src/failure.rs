@@ -1,6 +1,7 @@
 //! How a command fails, and with which exit code.
 
 use std::fmt;
+use std::path::Path;
 use std::process::ExitCode;
 
 /// The exit code of an interrupted command, as shells have it: 128 + SIGINT.
@@ -33,6 +34,17 @@ impl Failure {
     /// Returns a mistake in a file or scene.
     pub(crate) fn bad_input(error: impl Into<anyhow::Error>) -> Self {
         Self::BadInput(error.into())
+    }
+
+    /// Returns the failure with the file in which its cause lies.
+    pub(crate) fn within(self, path: &Path) -> Self {
+        let path = path.display().to_string();
+        match self {
+            Self::Failed(error) => Self::Failed(error.context(path)),
+            Self::Usage(error) => Self::Usage(error.context(path)),
+            Self::BadInput(error) => Self::BadInput(error.context(path)),
+            Self::Interrupted => Self::Interrupted,
+        }
     }
 
     /// Returns the exit code.

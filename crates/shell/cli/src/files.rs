@@ -1,6 +1,8 @@
 //! Files on disk, and those that ship inside the program.
 
-use std::path::Path;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use maniple_game::{Files, LoadedFile};
@@ -46,6 +48,34 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     std::fs::write(path, bytes).with_context(|| path.display().to_string()).map_err(Failure::Failed)
 }
 
+/// A file that is written bit by bit. Its errors name it.
+pub(crate) struct Output {
+    path: PathBuf,
+    file: BufWriter<File>,
+}
+
+/// Creates a file that is written bit by bit, or empties the one that is there.
+pub(crate) fn create(path: &Path) -> Result<Output, Failure> {
+    let file = File::create(path).with_context(|| path.display().to_string()).map_err(Failure::Failed)?;
+    Ok(Output { path: path.to_owned(), file: BufWriter::new(file) })
+}
+
+impl Output {
+    fn named(&self, error: &io::Error) -> io::Error {
+        io::Error::new(error.kind(), format!("{}: {error}", self.path.display()))
+    }
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes).map_err(|error| self.named(&error))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush().map_err(|error| self.named(&error))
+    }
+}
+
 /// Returns the map in a file.
 pub(crate) fn map(path: &Path) -> Result<TileMap, Failure> {
     let bytes = read(path)?;
@@ -66,14 +96,4 @@ pub(crate) fn shipped() -> Files {
         file("maps/choke.tmx", include_bytes!("../../../../maps/choke.tmx")),
         file("maps/tiles.tsx", include_bytes!("../../../../maps/tiles.tsx")),
     ])
-}
-
-/// Returns the bytes of a file from the shipped ones first, then from disk: so that `--map` works without a
-/// scenario.
-pub(crate) struct ShippedThenDisk(pub(crate) Files);
-
-impl Resolver for ShippedThenDisk {
-    fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
-        self.0.resolve(path).or_else(|_| Disk.resolve(path))
-    }
 }

@@ -1,19 +1,15 @@
 //! A match in this process, without a clock.
 
+use std::io::Write;
+
+use anyhow::Context;
 use maniple_bots::{Bot, bot_seed};
 use maniple_game::Loaded;
-use maniple_referee::Referee;
 use maniple_server::Recording;
 use maniple_view::{ClockMode, MatchResult, Seat, Sequenced};
 
 use crate::failure::Failure;
-
-/// How a match went.
-pub(crate) struct Played {
-    pub(crate) result: MatchResult,
-    /// The bytes of its replay.
-    pub(crate) replay: Vec<u8>,
-}
+use crate::start;
 
 /// Returns the bots of a match: those that are named, then those of the scenario.
 pub(crate) fn bots(loaded: &Loaded, names: &[String]) -> Result<Vec<Box<dyn Bot + Send>>, Failure> {
@@ -27,23 +23,38 @@ pub(crate) fn bots(loaded: &Loaded, names: &[String]) -> Result<Vec<Box<dyn Bot 
     }
     let seat_bot = |(number, default): (u16, Option<&String>)| {
         let seat = Seat(number);
-        let name = names.get(seat.index()).or(default).ok_or_else(|| {
-            Failure::usage(format!("the scenario names no bot for seat {number}; name one with --bot"))
-        })?;
-        maniple_bots::make(name, bot_seed(loaded.scenario.seed, seat))
-            .map_err(|error| Failure::usage(error.to_string()))
+        let seed = bot_seed(loaded.scenario.seed, seat);
+        match (names.get(seat.index()), default) {
+            (Some(name), _) => maniple_bots::make(name, seed)
+                .map_err(|error| Failure::usage(format!("--bot for seat {number}: {error}"))),
+            (None, Some(name)) => maniple_bots::make(name, seed)
+                .with_context(|| format!("{}, seat {number}", scenario_path(loaded)))
+                .map_err(Failure::BadInput),
+            (None, None) => Err(Failure::usage(format!(
+                "{} names no bot for seat {number}; name one with --bot",
+                scenario_path(loaded)
+            ))),
+        }
     };
     (0u16..).zip(seats.iter().map(|start| start.bot.as_ref())).map(seat_bot).collect()
 }
 
-/// Plays a match to its end; `progress` is told the number of cycles played.
+/// Returns the path of the scenario, which is the first file of a match.
+fn scenario_path(loaded: &Loaded) -> &str {
+    loaded.files.0.first().map_or("the scenario", |file| &file.path)
+}
+
+/// Plays a match to its end. The replay goes to `replay`, if one is wanted; `progress` is told the number of cycles
+/// played.
 pub(crate) fn play(
     loaded: Loaded,
     mut bots: Vec<Box<dyn Bot + Send>>,
+    replay: Option<impl Write>,
     progress: impl Fn(u32),
-) -> Result<Played, Failure> {
-    let mut recording = Recording::begin(&loaded).map_err(Failure::bad_input)?;
-    let mut referee = Referee::new(loaded, ClockMode::Lockstep).map_err(Failure::bad_input)?;
+) -> Result<MatchResult, Failure> {
+    let recording = replay.map(|sink| Recording::begin(&loaded, sink)).transpose();
+    let mut recording = recording.map_err(Failure::failed)?;
+    let mut referee = start::referee(loaded, ClockMode::Lockstep)?;
     for (seat, bot) in (0..).map(Seat).zip(&bots) {
         referee.handle_join(seat, bot.name()).map_err(Failure::failed)?;
     }
@@ -63,10 +74,14 @@ pub(crate) fn play(
             let batch = numbered.collect();
             referee.handle_commands(seat, delta.cycle, batch).map_err(Failure::failed)?;
         }
-        recording.extend(referee.take_records()).map_err(Failure::failed)?;
+        let records = referee.take_records();
+        if let Some(recording) = &mut recording {
+            recording.extend(records).map_err(Failure::failed)?;
+        }
         progress(referee.cycle().0);
         if let Some(result) = referee.result() {
-            return Ok(Played { result: result.clone(), replay: recording.into_bytes() });
+            recording.map(Recording::finish).transpose().map_err(Failure::failed)?;
+            return Ok(result.clone());
         }
         referee.step();
     }

@@ -5,9 +5,12 @@ mod commands;
 mod failure;
 mod files;
 mod headless;
+mod interrupt;
 mod output;
 mod picture;
+mod start;
 
+use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -26,7 +29,7 @@ fn main() -> ExitCode {
 
 fn run(command: Command) -> Result<(), Failure> {
     if !matches!(command, Command::Serve(_)) {
-        exit_when_interrupted();
+        interrupt::exit_when_interrupted();
     }
     match command {
         Command::Map(map) => commands::map::run(&map),
@@ -41,17 +44,12 @@ fn run(command: Command) -> Result<(), Failure> {
 fn log_to_stderr(filter: &str) -> Result<(), Failure> {
     let filter = tracing_subscriber::EnvFilter::try_new(filter)
         .map_err(|error| Failure::usage(format!("--log {filter:?}: {error}")))?;
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    let is_plain = std::env::var_os("NO_COLOR").is_some_and(|wish| !wish.is_empty());
+    let has_colours = std::io::stderr().is_terminal() && !is_plain;
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(has_colours)
+        .with_writer(std::io::stderr)
+        .init();
     Ok(())
-}
-
-/// Ends the process with the code that a shell gives to an interrupted one. The daemon has its own way to stop.
-fn exit_when_interrupted() {
-    std::thread::spawn(|| {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        let interrupted = runtime.map(|runtime| runtime.block_on(tokio::signal::ctrl_c()));
-        if matches!(interrupted, Ok(Ok(()))) {
-            std::process::exit(failure::INTERRUPTED);
-        }
-    });
 }

@@ -7,7 +7,7 @@ use std::sync::mpsc::{SendError, Sender};
 use std::time::Duration;
 
 use maniple_protocol::{Encoding, Hello, Inbound, Input, Refused, ServerMessage, encode_server};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
 use tokio::sync::Semaphore;
@@ -28,9 +28,17 @@ const HELLO_SECONDS: u32 = 5;
 /// sender alone. A client sends two messages a cycle, and a few more where commands do not fit in one.
 pub const IN_FLIGHT_MAX: usize = 16;
 
-/// Time in which bytes that still come in after the last message are read and dropped. Closing a socket that has
-/// unread bytes resets the connection, and the client would lose the last message.
-pub const DISCARD_TIMEOUT: Duration = Duration::from_secs(1);
+/// Time in which bytes that still come in after the last message are read and dropped. A socket that is closed while
+/// its peer goes on to write resets the connection, and what the peer has yet to read is lost, the last message too.
+/// This is how far behind a client may be that still answers each cycle.
+pub const DISCARD_TIMEOUT: Duration = Duration::from_secs(20);
+
+/// Time without a byte after which a client has taken the last message, or never will.
+pub const DISCARD_SILENCE: Duration = Duration::from_secs(3);
+
+/// Bytes that are read and dropped after the last message at most: more than a client says in [`DISCARD_TIMEOUT`], far
+/// less than one can send.
+pub const DISCARD_BYTES_MAX: usize = 4 << 20;
 
 /// Bytes that are read at once: half of the largest message, which is rare.
 const READ_SIZE: usize = 8 * 1024;
@@ -50,8 +58,14 @@ pub(crate) struct Gate {
     pub(crate) ended: CancellationToken,
 }
 
-/// Serves a connection to its end.
-pub(crate) async fn serve(stream: TcpStream, connection: ConnectionId, peer: SocketAddr, gate: Gate) {
+/// Serves a connection until its last message is sent. Returns what is left to do, if anything is; it has nothing to do
+/// with the match any more.
+pub(crate) async fn serve(
+    stream: TcpStream,
+    connection: ConnectionId,
+    peer: SocketAddr,
+    gate: Gate,
+) -> Option<Farewell> {
     tracing::debug!(connection = connection.0, %peer, "connected");
     let nodelay = stream.set_nodelay(true);
     if let Err(error) = nodelay {
@@ -68,10 +82,24 @@ pub(crate) async fn serve(stream: TcpStream, connection: ConnectionId, peer: Soc
         Greeting::Gone => {}
     }
     let goodbye = writer.shutdown().await;
-    if goodbye.is_ok() {
-        reader.discard().await;
+    goodbye.is_ok().then_some(Farewell { reader, _writer: writer, connection, peer })
+}
+
+/// A connection that has been told all, and is given the time to take it.
+pub(crate) struct Farewell {
+    reader: Reader,
+    /// The socket is closed when both halves are.
+    _writer: OwnedWriteHalf,
+    connection: ConnectionId,
+    peer: SocketAddr,
+}
+
+impl Farewell {
+    /// Waits until the client has closed the connection, or it is time to.
+    pub(crate) async fn wait(mut self) {
+        self.reader.discard().await;
+        tracing::debug!(connection = self.connection.0, peer = %self.peer, "closed");
     }
-    tracing::debug!(connection = connection.0, %peer, "closed");
 }
 
 /// How a connection begins.
@@ -127,7 +155,11 @@ async fn attend(
     let _ = gate.events.send(Event::Gone { connection });
     let written = match written {
         Some(written) => written,
-        None => write.await,
+        // Who cannot write may not get round to reading.
+        None => tokio::select! {
+            written = &mut write => written,
+            () = reader.discard() => write.await,
+        },
     };
     if let Err(error) = written {
         tracing::debug!(connection = connection.0, %error, "not all was sent");
@@ -176,8 +208,66 @@ impl Reader {
     }
 
     async fn discard(&mut self) {
-        let read = async { while let Ok(1..) = self.half.read(&mut self.buffer).await {} };
-        // In time or not, it is over.
-        let _ = timeout(DISCARD_TIMEOUT, read).await;
+        discard(&mut self.half, &mut self.buffer).await;
+    }
+}
+
+/// Reads and drops what comes until the end, or one of the limits.
+async fn discard(half: &mut (impl AsyncRead + Unpin), buffer: &mut [u8]) {
+    let read = async {
+        let mut left = DISCARD_BYTES_MAX;
+        while left > 0 {
+            match timeout(DISCARD_SILENCE, half.read(buffer)).await {
+                Ok(Ok(count @ 1..)) => left = left.saturating_sub(count),
+                Ok(Ok(0) | Err(_)) | Err(_) => return,
+            }
+        }
+    };
+    // In time or not, it is over.
+    let _ = timeout(DISCARD_TIMEOUT, read).await;
+}
+
+#[cfg(test)]
+mod tests {
+    use tokio::time::{Instant, sleep};
+
+    use super::*;
+
+    #[tokio::test(start_paused = true)]
+    async fn what_comes_after_the_last_message_is_dropped_up_to_each_limit() {
+        // Who closes.
+        let (nearby, far) = tokio::io::duplex(64);
+        drop(far);
+        assert_eq!(discarded(nearby).await, Duration::ZERO);
+        // Who says nothing.
+        let (nearby, _far) = tokio::io::duplex(64);
+        assert_eq!(discarded(nearby).await, DISCARD_SILENCE);
+        // Who never stops.
+        let (nearby, mut far) = tokio::io::duplex(64);
+        let talker = tokio::spawn(async move {
+            while far.write_all(b"on").await.is_ok() {
+                sleep(DISCARD_SILENCE / 2).await;
+            }
+        });
+        assert_eq!(discarded(nearby).await, DISCARD_TIMEOUT);
+        talker.await.unwrap();
+        // Who floods.
+        let (nearby, mut far) = tokio::io::duplex(64);
+        let flood = tokio::spawn(async move {
+            let mut sent = 0;
+            while let Ok(count) = far.write(&[0; 64]).await {
+                sent += count;
+            }
+            sent
+        });
+        assert_eq!(discarded(nearby).await, Duration::ZERO);
+        assert!((DISCARD_BYTES_MAX..=DISCARD_BYTES_MAX + 128).contains(&flood.await.unwrap()));
+    }
+
+    /// Returns how long a connection was read from.
+    async fn discarded(mut half: impl AsyncRead + Unpin) -> Duration {
+        let start = Instant::now();
+        discard(&mut half, &mut [0; 64]).await;
+        start.elapsed()
     }
 }

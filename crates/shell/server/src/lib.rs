@@ -14,11 +14,11 @@ mod simulation;
 mod table;
 mod token;
 
-pub use connection::{DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX};
+pub use connection::{DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX};
 pub use doors::{Access, JOIN_INTERVAL};
 pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
 pub use pace::LATE_PERIODS_MAX;
-pub use recording::{BUILD, Recording, events, files};
-pub use server::{CONNECTIONS_MAX, Match, MatchError, Outcome, RunError, SEND_BUFFER_SIZE, Server};
+pub use recording::{BUILD, Recording, RecordingError, events, files};
+pub use server::{CONNECTIONS_MAX, Match, MatchError, RunError, SEND_BUFFER_SIZE, Server};
 pub use simulation::EVENTS_BEFORE_STEP_MAX;
 pub use token::{Token, TokenError};

@@ -1,29 +1,45 @@
 //! From what a referee records to the bytes of a replay, and back.
 
+use std::io::{self, Write};
+
 use maniple_game::{Files, Loaded, LoadedFile};
 use maniple_protocol::{EncodeError, PROTOCOL, Record, Replay, ReplayHeader, ReplayWriter};
 use maniple_referee::RecordedEvent;
 use maniple_view::Digest;
+use thiserror::Error;
 
 /// Name and version of the program, as replays name it.
 pub const BUILD: &str = concat!("maniple ", env!("CARGO_PKG_VERSION"));
 
-/// The replay of a match that is being played.
+/// The replay of a match that is being played. It goes to where it is kept record by record: a match can be long, and
+/// its players decide how much there is to record.
 #[derive(Debug)]
-pub struct Recording {
+pub struct Recording<W> {
     writer: ReplayWriter,
-    bytes: Vec<u8>,
+    sink: W,
 }
 
-impl Recording {
-    /// Returns the replay of a match that has not begun; it holds the files that the match was loaded from.
+/// Why a match cannot be recorded.
+#[derive(Debug, Error)]
+pub enum RecordingError {
+    /// A record that is too large.
+    #[error("the replay: {0}")]
+    Encode(#[from] EncodeError),
+    /// The sink does not take it.
+    #[error("the replay cannot be written: {0}")]
+    Write(#[from] io::Error),
+}
+
+impl<W: Write> Recording<W> {
+    /// Begins the replay of a match that has not begun; it holds the files that the match was loaded from. What is
+    /// written should be buffered: records are small.
     ///
     /// # Errors
-    /// Files that are too large for a replay.
+    /// Files that are too large for a replay, or a sink that does not take it.
     ///
     /// # Panics
     /// If the match was not loaded from a scenario and a map.
-    pub fn begin(loaded: &Loaded) -> Result<Self, EncodeError> {
+    pub fn begin(loaded: &Loaded, mut sink: W) -> Result<Self, RecordingError> {
         let files = &loaded.files.0;
         let [scenario, map, ..] = files.as_slice() else { panic!("a match is made of a scenario and a map") };
         let header = ReplayHeader {
@@ -40,24 +56,28 @@ impl Recording {
             seats: u16::try_from(loaded.scenario.seats.len()).expect("seats are counted in 16 bits"),
         };
         let (writer, bytes) = ReplayWriter::begin(&header)?;
-        Ok(Self { writer, bytes })
+        sink.write_all(&bytes)?;
+        Ok(Self { writer, sink })
     }
 
     /// Puts what a referee has recorded behind what was before.
     ///
     /// # Errors
-    /// A record that is too large for a replay.
-    pub fn extend(&mut self, events: impl IntoIterator<Item = RecordedEvent>) -> Result<(), EncodeError> {
+    /// A record that is too large for a replay, or a sink that does not take it.
+    pub fn extend(&mut self, events: impl IntoIterator<Item = RecordedEvent>) -> Result<(), RecordingError> {
         for event in events {
-            self.bytes.extend(self.writer.push(&record_of(event))?);
+            self.sink.write_all(&self.writer.push(&record_of(event))?)?;
         }
         Ok(())
     }
 
-    /// Returns the bytes of the replay so far.
-    #[must_use]
-    pub fn into_bytes(self) -> Vec<u8> {
-        self.bytes
+    /// Writes what is still on its way, and returns the sink.
+    ///
+    /// # Errors
+    /// A sink that does not take it.
+    pub fn finish(mut self) -> Result<W, RecordingError> {
+        self.sink.flush()?;
+        Ok(self.sink)
     }
 }
 

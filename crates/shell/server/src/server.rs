@@ -1,12 +1,11 @@
 //! Listens, and plays matches.
 
-use std::io;
+use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::sync::{Arc, mpsc};
 use std::thread;
 use std::time::Duration;
 
-use maniple_protocol::EncodeError;
 use maniple_referee::Referee;
 use maniple_view::{Digest, MatchResult};
 use thiserror::Error;
@@ -17,7 +16,7 @@ use tokio_util::sync::CancellationToken;
 
 use crate::connection::{ConnectionId, Gate, serve};
 use crate::doors::{Access, Doors};
-use crate::recording::Recording;
+use crate::recording::{Recording, RecordingError};
 use crate::simulation::{Event, Simulation};
 use crate::table::Table;
 use crate::token::Token;
@@ -43,11 +42,15 @@ pub struct Server {
     slots: Arc<Semaphore>,
 }
 
+/// Where a replay goes.
+pub(crate) type Sink = Box<dyn Write + Send>;
+
 /// A match that is to be played, and who may play it.
 pub struct Match {
     referee: Referee,
     id: Digest,
     access: Vec<Access>,
+    sink: Option<Sink>,
 }
 
 /// A match that cannot be set up.
@@ -66,21 +69,12 @@ pub enum MatchError {
     },
 }
 
-/// How a match over the network came out.
-#[derive(Clone, Debug)]
-pub struct Outcome {
-    /// Its result; `None` if it was broken off by a shutdown.
-    pub result: Option<MatchResult>,
-    /// The bytes of the replay; of a match that was broken off, up to there.
-    pub replay: Vec<u8>,
-}
-
 /// Why a match could not be played to its end.
 #[derive(Debug, Error)]
 pub enum RunError {
     /// It cannot be recorded.
-    #[error("the replay cannot be written: {0}")]
-    Recording(#[from] EncodeError),
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// The operating system gives no thread.
     #[error("the thread of the simulation cannot be started: {0}")]
     Thread(#[from] io::Error),
@@ -111,7 +105,15 @@ impl Match {
         }
         let mut id = [0; 8];
         getrandom::fill(&mut id)?;
-        Ok(Self { referee, id: Digest(u64::from_le_bytes(id)), access })
+        Ok(Self { referee, id: Digest(u64::from_le_bytes(id)), access, sink: None })
+    }
+
+    /// Lets the replay of the match go to `sink` as it is played; of a match that is broken off, up to there. The
+    /// simulation writes, so `sink` must not wait for anybody, and should be buffered. Without it nothing is recorded.
+    #[must_use]
+    pub fn recorded_to(mut self, sink: impl Write + Send + 'static) -> Self {
+        self.sink = Some(Box::new(sink));
+        self
     }
 
     /// Returns who may take which seat.
@@ -150,13 +152,19 @@ impl Server {
         self.listener.local_addr()
     }
 
-    /// Plays a match: waits until all seats have been joined, plays to the end, or until `shutdown`, and closes all
-    /// connections. Connections that come between two matches wait for the next.
+    /// Plays a match: waits until all seats have been joined, plays to the end, or until `shutdown`, and tells all
+    /// connections. Returns its result; `None` if it was broken off by the shutdown. Connections that come between
+    /// two matches wait for the next.
     ///
     /// # Errors
     /// See [`RunError`]; what clients do is none.
-    pub async fn run(&self, game: Match, shutdown: impl Future<Output = ()>) -> Result<Outcome, RunError> {
-        let recording = Recording::begin(game.referee.loaded())?;
+    pub async fn run(
+        &self,
+        game: Match,
+        shutdown: impl Future<Output = ()>,
+    ) -> Result<Option<MatchResult>, RunError> {
+        let loaded = game.referee.loaded();
+        let recording = game.sink.map(|sink| Recording::begin(loaded, sink)).transpose()?;
         let (events, received) = mpsc::channel();
         let doors = Arc::new(Doors::new(game.access));
         let table = Table::new(Arc::clone(&doors));
@@ -179,8 +187,12 @@ impl Server {
                     let Some(connection) = numbers.next() else { continue };
                     let gate = gate.clone();
                     connections.spawn(async move {
-                        serve(stream, connection, peer, gate).await;
-                        drop(slot);
+                        let Some(farewell) = serve(stream, connection, peer, gate).await else { return };
+                        // On its own: who takes its time shall not hold up the next match.
+                        tokio::spawn(async move {
+                            farewell.wait().await;
+                            drop(slot);
+                        });
                     });
                 }
                 Some(_) = connections.join_next() => {}
@@ -189,6 +201,15 @@ impl Server {
         gate.ended.cancel();
         while connections.join_next().await.is_some() {}
         Ok(outcome.map_err(|_| RunError::Panicked)??)
+    }
+
+    /// Waits until every connection of the matches so far is closed, so that each client can take its last message. To
+    /// be called when no match runs, before the program ends.
+    ///
+    /// Nobody can make it wait for longer than [`DISCARD_TIMEOUT`](crate::DISCARD_TIMEOUT).
+    pub async fn wait_closed(&self) {
+        let all = u32::try_from(CONNECTIONS_MAX).expect("the limit is below 2^32");
+        drop(self.slots.acquire_many(all).await.expect("the semaphore is never closed"));
     }
 
     async fn accept(&self) -> (TcpStream, SocketAddr, OwnedSemaphorePermit) {
@@ -207,7 +228,9 @@ impl Server {
 
 /// Starts the simulation on a thread of its own: on those of the runtime a long cycle would hold up connections, and
 /// connections a cycle.
-fn spawn(simulation: Simulation) -> io::Result<oneshot::Receiver<Result<Outcome, EncodeError>>> {
+fn spawn(
+    simulation: Simulation,
+) -> io::Result<oneshot::Receiver<Result<Option<MatchResult>, RecordingError>>> {
     let (sender, finished) = oneshot::channel();
     let run = move || {
         // Nobody listens any more if the server itself was dropped.

@@ -3,16 +3,16 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use maniple_protocol::{EncodeError, Hello, Input, Refused, ServerMessage, Welcome};
+use maniple_protocol::{Hello, Input, Refused, ServerMessage, Welcome};
 use maniple_referee::Referee;
-use maniple_view::{ClockMode, Digest, Seat};
+use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use tokio::sync::OwnedSemaphorePermit;
 
 use crate::connection::ConnectionId;
 use crate::link::Link;
 use crate::pace::Pace;
-use crate::recording::Recording;
-use crate::server::Outcome;
+use crate::recording::{Recording, RecordingError};
+use crate::server::Sink;
 use crate::table::Table;
 
 /// Events that are taken in before a cycle that is due: all that 64 connections may have in flight. Without a limit
@@ -54,7 +54,8 @@ pub(crate) struct Simulation {
     referee: Referee,
     match_id: Digest,
     table: Table,
-    recording: Recording,
+    /// `None` where nobody wants a replay: then nothing of what has happened is kept.
+    recording: Option<Recording<Sink>>,
     events: Receiver<Event>,
     start: Instant,
     /// `None` in lock-step, and before all seats have been joined.
@@ -68,21 +69,31 @@ impl Simulation {
         referee: Referee,
         match_id: Digest,
         table: Table,
-        recording: Recording,
+        recording: Option<Recording<Sink>>,
         events: Receiver<Event>,
     ) -> Self {
         let start = Instant::now();
         Self { referee, match_id, table, recording, events, start, pace: None, is_shutting_down: false }
     }
 
-    /// Plays the match to its end, and closes all connections.
+    /// Plays the match to its end, and closes all connections. Returns its result; `None` if it was broken off.
     ///
     /// # Errors
-    /// What happened cannot be recorded.
-    pub(crate) fn run(mut self) -> Result<Outcome, EncodeError> {
+    /// What happened cannot be recorded: a match that nobody can verify does not go on.
+    pub(crate) fn run(mut self) -> Result<Option<MatchResult>, RecordingError> {
+        let played = self.play();
+        self.close();
+        played?;
+        if let Some(recording) = self.recording {
+            recording.finish()?;
+        }
+        Ok(self.referee.result().cloned())
+    }
+
+    fn play(&mut self) -> Result<(), RecordingError> {
         while self.referee.result().is_none() && !self.is_shutting_down {
             self.referee.handle_time(self.start.elapsed());
-            self.recording.extend(self.referee.take_records())?;
+            self.record()?;
             let now = self.start.elapsed();
             match self.next_step(now) {
                 Some(due) if due <= now => {
@@ -93,8 +104,15 @@ impl Simulation {
                 None => self.wait(None),
             }
         }
-        self.close();
-        Ok(Outcome { result: self.referee.result().cloned(), replay: self.recording.into_bytes() })
+        Ok(())
+    }
+
+    fn record(&mut self) -> Result<(), RecordingError> {
+        let records = self.referee.take_records();
+        match &mut self.recording {
+            Some(recording) => recording.extend(records),
+            None => Ok(()),
+        }
     }
 
     /// Returns when something has to be done even if nobody says anything; `None` if nothing has.
@@ -131,7 +149,7 @@ impl Simulation {
         }
     }
 
-    fn step(&mut self, now: Duration) -> Result<(), EncodeError> {
+    fn step(&mut self, now: Duration) -> Result<(), RecordingError> {
         if !self.referee.is_ready() {
             return Ok(());
         }
@@ -142,9 +160,9 @@ impl Simulation {
                 "too slow for the rate; cycles were put off"
             );
         }
-        self.recording.extend(self.referee.take_records())?;
+        self.record()?;
         self.referee.step();
-        self.recording.extend(self.referee.take_records())?;
+        self.record()?;
         for seat in self.table.seats() {
             self.send_delta(seat);
         }

@@ -1,9 +1,11 @@
+use std::sync::Arc;
+
 use glam::DVec2;
 use maniple_geometry::{Cycle, ObjectId};
 use maniple_view::{Command, EndReason, Handle, Refusal, Seat, Stop, WAYPOINTS_MAX};
 
 use super::World;
-use crate::{Files, LoadedFile, load};
+use crate::{Files, Loaded, LoadedFile, load};
 
 /// A map 24 wide and 6 high without a wall.
 const PLAIN: &str = "........................\n........................\n........................\n\
@@ -220,4 +222,16 @@ fn the_match_ends_at_its_length() {
 fn world(tables: &str, seats: &str) -> World {
     let loaded = load(&files(tables, PLAIN, seats), "s/tiny.toml", None, None).unwrap();
     World::new(&loaded).unwrap()
+}
+
+#[test]
+fn a_start_that_is_no_world_is_an_error_with_a_remedy() {
+    let check = |alter: fn(&mut Loaded), named: &[&str]| {
+        let mut loaded = load(&files("", PLAIN, ONE), "s/tiny.toml", None, None).unwrap();
+        alter(&mut loaded);
+        let error = World::new(&loaded).err().map(|error| error.to_string()).unwrap();
+        assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");
+    };
+    check(|loaded| Arc::make_mut(&mut loaded.scenario).unit_types[0].radius = 1e9, &["radius", "unit types"]);
+    check(|loaded| loaded.setup.units[0].position = DVec2::ZERO, &["unit 0", "wall", "move the spawn"]);
 }

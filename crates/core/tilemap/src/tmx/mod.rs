@@ -99,5 +99,5 @@ impl Reading {
 type Layers<'map> = Box<dyn Iterator<Item = Layer<'map>> + 'map>;
 
 fn shape_in_layer(class: TileClass, is_collision: bool) -> TileShape {
-    if is_collision && class.shape == TileShape::Open { TileShape::Blocked } else { class.shape }
+    if is_collision { TileShape::Blocked } else { class.shape }
 }

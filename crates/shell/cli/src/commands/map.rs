@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use maniple_tilemap::{TileMap, check, loops, regions};
+use maniple_tilemap::{FindingKind, TileMap, check, loops, regions};
 use serde::Serialize;
 
 use crate::arguments::{MapCheck, MapCommand, MapInfo, MapRender};
@@ -87,32 +87,50 @@ struct Finding {
     text: String,
 }
 
+impl Finding {
+    fn of(finding: maniple_tilemap::Finding) -> Self {
+        Self {
+            kind: snake_case(&format!("{:?}", finding.kind)),
+            x: finding.tile.0,
+            y: finding.tile.1,
+            text: finding.text,
+        }
+    }
+}
+
 #[derive(Debug, Serialize)]
 struct Findings {
     findings: Vec<Finding>,
+    foreign_objects: usize,
+    /// The foreign objects. To ignore them is what a map of another game asks for, so they are no failure.
+    ignored: Vec<Finding>,
 }
 
 impl Findings {
+    fn of(map: &TileMap, radius: Option<f64>) -> Self {
+        let (ignored, odd): (Vec<_>, Vec<_>) =
+            check(map, radius).into_iter().partition(|finding| finding.kind == FindingKind::ForeignObject);
+        let printed =
+            |findings: Vec<maniple_tilemap::Finding>| findings.into_iter().map(Finding::of).collect();
+        Self { findings: printed(odd), foreign_objects: ignored.len(), ignored: printed(ignored) }
+    }
+
     fn text(&self) -> String {
-        if self.findings.is_empty() {
-            return "nothing odd\n".to_owned();
-        }
-        self.findings.iter().fold(String::new(), |mut text, finding| {
+        let mut text = String::new();
+        for finding in self.findings.iter().chain(&self.ignored) {
             let _ = writeln!(text, "tile ({}, {}): {}", finding.x, finding.y, finding.text);
-            text
-        })
+        }
+        if self.findings.is_empty() {
+            text += "nothing odd\n";
+        }
+        let _ = writeln!(text, "foreign_objects: {}", self.foreign_objects);
+        text
     }
 }
 
 fn checked(arguments: &MapCheck) -> Result<(), Failure> {
     let map = files::map(&arguments.file)?;
-    let finding = |finding: maniple_tilemap::Finding| Finding {
-        kind: snake_case(&format!("{:?}", finding.kind)),
-        x: finding.tile.0,
-        y: finding.tile.1,
-        text: finding.text,
-    };
-    let found = Findings { findings: check(&map, arguments.radius).into_iter().map(finding).collect() };
+    let found = Findings::of(&map, arguments.radius);
     print(Format::of(&arguments.json), &found, Findings::text)?;
     match found.findings.len() {
         0 => Ok(()),

@@ -1,20 +1,17 @@
 //! `maniple match`: bots against each other in this process.
 
 use std::fmt::Write as _;
-use std::path::Path;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use maniple_game::{Loaded, load};
 use maniple_geometry::Cycle;
 use maniple_view::{Digest, EndReason, MatchResult, Score, Seat};
 use serde::Serialize;
 
 use crate::arguments::Match;
 use crate::failure::Failure;
-use crate::files::{self, Disk, SHIPPED_SCENARIO, ShippedThenDisk};
-use crate::headless;
 use crate::output::{Format, grouped, print};
+use crate::{files, headless, start};
 
 /// How a match went, as it is printed.
 #[derive(Debug, Serialize)]
@@ -36,7 +33,7 @@ struct Report {
 
 /// Runs `maniple match`.
 pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
-    let mut loaded = loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), arguments.seed)?;
+    let mut loaded = start::loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), arguments.seed)?;
     if let Some(cycles) = arguments.cycles {
         loaded.limit_cycles(Cycle(cycles));
     }
@@ -44,13 +41,11 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
     let (name, seed, rate) = (loaded.scenario.name.clone(), loaded.scenario.seed, loaded.scenario.rate);
     let bar = progress_bar(u64::from(loaded.scenario.cycles_max.0));
     let begun = Instant::now();
-    let played = headless::play(loaded, bots, |cycle| bar.set_position(u64::from(cycle)))?;
+    let replay = arguments.replay.as_deref().map(files::create).transpose()?;
+    let result = headless::play(loaded, bots, replay, |cycle| bar.set_position(u64::from(cycle)))?;
     let seconds = begun.elapsed().as_secs_f64();
     bar.finish_and_clear();
-    if let Some(path) = &arguments.replay {
-        files::write(path, &played.replay)?;
-    }
-    let MatchResult { winner, reason, cycles, scores, hash } = played.result;
+    let MatchResult { winner, reason, cycles, scores, hash } = result;
     let report = Report {
         scenario: name,
         seed,
@@ -64,20 +59,6 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
         rate,
     };
     print(Format::of(&arguments.json), &report, |report| text(report, arguments))
-}
-
-/// Returns the start of a match; without a scenario that of the shipped one.
-pub(crate) fn loaded(
-    scenario: Option<&Path>,
-    map: Option<&Path>,
-    seed: Option<u64>,
-) -> Result<Loaded, Failure> {
-    let map = map.map(Path::to_string_lossy);
-    match scenario {
-        Some(path) => load(&Disk, &path.to_string_lossy(), map.as_deref(), seed),
-        None => load(&ShippedThenDisk(files::shipped()), SHIPPED_SCENARIO, map.as_deref(), seed),
-    }
-    .map_err(Failure::bad_input)
 }
 
 /// A bar on standard error; none where that is no terminal.
@@ -121,13 +102,17 @@ fn text(report: &Report, arguments: &Match) -> String {
         EndReason::Resigned => "the others had resigned",
     };
     let _ = writeln!(text, "  {ended}; state hash {}", report.hash);
-    let scenario = arguments.scenario.as_deref().unwrap_or(Path::new(SHIPPED_SCENARIO)).display();
     let _ = match &report.replay {
         Some(replay) => {
             let cycle = report.cycles / 2;
             writeln!(text, "next: maniple replay render {replay} --cycle {cycle} --out match.png")
         }
-        None => writeln!(text, "next: maniple match {scenario} --bot random --seed 2 --replay match.replay"),
+        None => {
+            let scenario = arguments.scenario.iter().map(|path| format!(" {}", path.display()));
+            let map = arguments.map.iter().map(|path| format!(" --map {}", path.display()));
+            let same: String = scenario.chain(map).collect();
+            writeln!(text, "next: maniple match{same} --bot random --seed 2 --replay match.replay")
+        }
     };
     text
 }

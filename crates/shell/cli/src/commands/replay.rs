@@ -13,9 +13,9 @@ use serde::Serialize;
 
 use crate::arguments::{ReplayCommand, ReplayFile, ReplayRender};
 use crate::failure::Failure;
-use crate::files;
 use crate::output::{Format, grouped, print};
 use crate::picture::Picture;
+use crate::{files, start};
 
 /// Runs `maniple replay`.
 pub(crate) fn run(command: &ReplayCommand) -> Result<(), Failure> {
@@ -110,7 +110,7 @@ struct Verdict {
 
 fn verify(arguments: &ReplayFile) -> Result<(), Failure> {
     let (replay, _) = read(&arguments.file)?;
-    let mut referee = start(&replay, &arguments.file)?;
+    let mut referee = beginning(&replay, &arguments.file)?;
     let mut verdict = Verdict { verified: true, cycles: 0, first_difference: None, hash: referee.hash() };
     let mut difference = None;
     for event in maniple_server::events(&replay) {
@@ -143,7 +143,7 @@ fn verify(arguments: &ReplayFile) -> Result<(), Failure> {
 
 fn render(arguments: &ReplayRender) -> Result<(), Failure> {
     let (replay, _) = read(&arguments.file)?;
-    let mut referee = start(&replay, &arguments.file)?;
+    let mut referee = beginning(&replay, &arguments.file)?;
     let wanted = Cycle(arguments.cycle);
     for event in maniple_server::events(&replay) {
         let is_beyond = matches!(&event, RecordedEvent::Hash { cycle, .. } if *cycle > wanted);
@@ -190,12 +190,18 @@ fn read(path: &Path) -> Result<(Replay, usize), Failure> {
 }
 
 /// Returns the referee at the start of the recorded match.
-fn start(replay: &Replay, path: &Path) -> Result<Referee, Failure> {
+fn beginning(replay: &Replay, path: &Path) -> Result<Referee, Failure> {
     let header = &replay.header;
     let loaded = || -> anyhow::Result<Loaded> {
         let files = maniple_server::files(header);
         let mut loaded = load(&files, &header.scenario, header.map_override.as_deref(), Some(header.seed))?;
         loaded.limit_cycles(Cycle(header.cycles_max));
+        let seats = loaded.scenario.seats.len();
+        anyhow::ensure!(
+            usize::from(header.seats) == seats,
+            "the header says {} seats, the scenario in it has {seats}; record the match again",
+            header.seats
+        );
         let hash = Digest(loaded.map.hash());
         anyhow::ensure!(
             hash == header.map_hash,
@@ -206,5 +212,5 @@ fn start(replay: &Replay, path: &Path) -> Result<Referee, Failure> {
         Ok(loaded)
     };
     let loaded = loaded().with_context(|| path.display().to_string()).map_err(Failure::BadInput)?;
-    Referee::new(loaded, ClockMode::Lockstep).map_err(Failure::bad_input)
+    start::referee(loaded, ClockMode::Lockstep).map_err(|failure| failure.within(path))
 }

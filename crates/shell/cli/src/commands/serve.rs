@@ -3,16 +3,15 @@
 use std::fmt::Write as _;
 
 use anyhow::Context;
-use maniple_referee::Referee;
-use maniple_server::{Access, Match, Outcome, Server};
+use maniple_server::{Access, Match, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
 
 use crate::arguments::{Clock, Serve};
-use crate::commands::play::loaded;
 use crate::failure::Failure;
-use crate::files;
+use crate::interrupt::Interrupt;
 use crate::output::{Format, print};
+use crate::{files, start};
 
 /// What clients have to know to join a match.
 #[derive(Debug, Serialize)]
@@ -69,29 +68,32 @@ pub(crate) fn run(arguments: &Serve) -> Result<(), Failure> {
 }
 
 async fn serve(arguments: &Serve) -> Result<(), Failure> {
+    let interrupt = Interrupt::listen().await;
     let server = Server::bind(arguments.listen)
         .with_context(|| format!("cannot listen on {}", arguments.listen))
         .map_err(Failure::Failed)?;
+    let outcome = play(arguments, &server, interrupt).await;
+    // Whatever the outcome, the clients have been told something.
+    server.wait_closed().await;
+    outcome
+}
+
+/// Plays one match after the other.
+async fn play(arguments: &Serve, server: &Server, mut interrupt: Interrupt) -> Result<(), Failure> {
     let mut seed = arguments.seed;
     let mut access = None;
     loop {
-        let (game, next_seed) = prepare(arguments, seed, access.take(), &server)?;
+        let (game, next_seed) = prepare(arguments, seed, access.take(), server)?;
         let id = game.id();
         access = Some(game.access().to_vec());
-        // A signal that cannot be listened to must not end the match.
-        let interrupted = async {
-            if tokio::signal::ctrl_c().await.is_err() {
-                std::future::pending::<()>().await;
-            }
-        };
-        let Outcome { result, replay } = server.run(game, interrupted).await.map_err(Failure::failed)?;
-        if let Some(path) = &arguments.replay {
-            files::write(path, &replay)?;
-        }
+        let result = server.run(game, interrupt.wait()).await.map_err(Failure::failed)?;
         let result = result.ok_or(Failure::Interrupted)?;
         print(Format::of(&arguments.json), &Ended { id, result }, Ended::text)?;
         if arguments.once {
             return Ok(());
+        }
+        if interrupt.has_come() {
+            return Err(Failure::Interrupted);
         }
         seed = Some(next_seed);
     }
@@ -109,14 +111,17 @@ fn prepare(
         Clock::Realtime => ClockMode::Realtime,
         Clock::Lockstep => ClockMode::Lockstep,
     };
-    let loaded = loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), seed)?;
+    let loaded = start::loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), seed)?;
     let (scenario, seed) = (loaded.scenario.name.clone(), loaded.scenario.seed);
-    let referee = Referee::new(loaded, clock).map_err(Failure::bad_input)?;
+    let referee = start::referee(loaded, clock)?;
     let game = match access {
         Some(access) => Match::new(referee, access),
         None => Match::with_random_tokens(referee),
     };
-    let game = game.map_err(Failure::failed)?;
+    let mut game = game.map_err(Failure::failed)?;
+    if let Some(path) = &arguments.replay {
+        game = game.recorded_to(files::create(path)?);
+    }
     let open_seat = |(seat, access): (u16, &Access)| OpenSeat {
         seat: Seat(seat),
         token: match access {

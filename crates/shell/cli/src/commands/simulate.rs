@@ -4,7 +4,7 @@ mod scene;
 
 use std::collections::VecDeque;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use maniple_geometry::{Circle, ObjectId};
 use maniple_kinematics::{Event, EventKind, Layers, Leg, Placement, World};
 use maniple_view::Digest;
@@ -15,6 +15,10 @@ use crate::commands::simulate::scene::{Move, Scene};
 use crate::failure::Failure;
 use crate::files;
 use crate::output::{Format, print};
+
+/// Cycles that a scene without `--cycles` may take to come to rest: 2^20, 36 hours at 8 cycles a second.
+/// Without a limit one that crawls, or waits for a late move, would run on for as long.
+const CYCLES_MAX: u32 = 1 << 20;
 
 /// What became of a scene.
 #[derive(Debug, Serialize)]
@@ -104,6 +108,9 @@ fn play(scene: &Scene, cycles: Option<u32>) -> anyhow::Result<Outcome> {
         None => world.is_at_rest() && moves.is_empty(),
     };
     while !is_over(&world, &moves) {
+        if cycles.is_none() && world.cycle().0 == CYCLES_MAX {
+            bail!("not all rest after {CYCLES_MAX} cycles; say with --cycles how many to run");
+        }
         while let Some(order) = moves.pop_front_if(|order| order.cycle <= world.cycle().0) {
             give(&mut world, order)?;
         }

@@ -4,19 +4,13 @@ use std::collections::BTreeSet;
 
 use anyhow::{anyhow, bail};
 use glam::DVec2;
-use maniple_geometry::{Cycle, Limits, Moment, Segment};
+use maniple_geometry::limits::{SPEED_MAX, SPEED_MIN};
+use maniple_geometry::{Cycle, Limits, Moment, NumberError, Segment};
 use maniple_kinematics::{Layers, Stops, Wall, WallKind};
 use serde::Deserialize;
 
-/// Largest coordinate of every scene whose bounds are not larger, in world units: 2^20. The skin follows from the
-/// limits, so they do not depend on what is in the scene.
-const COORDINATE_MAX: f64 = (1u32 << 20) as f64;
-
 /// Largest radius of every scene, in world units: 2^10.
 const RADIUS_MAX: f64 = (1u32 << 10) as f64;
-
-/// Largest speed of every scene, in world units a cycle: 2^20.
-const SPEED_MAX: f64 = (1u32 << 20) as f64;
 
 /// A checked scene.
 #[derive(Debug)]
@@ -96,11 +90,11 @@ impl Scene {
         })?;
         json.end()?;
         let [x0, y0, x1, y1] = raw.bounds;
-        let reach = [x0, y0, x1, y1].into_iter().map(f64::abs).fold(COORDINATE_MAX, f64::max);
-        let limits = Limits::new(reach, RADIUS_MAX, SPEED_MAX)
-            .map_err(|(_, error)| anyhow!("bounds: a coordinate {error}"))?;
+        if x0 >= x1 || y0 >= y1 {
+            bail!("bounds: [x0, y0, x1, y1] must have x0 < x1 and y0 < y1");
+        }
         let mut scene = Self {
-            limits,
+            limits: declared_limits(&raw)?,
             stops: match raw.stops {
                 RawStops::Both => Stops::Both,
                 RawStops::Approaching => Stops::Approaching,
@@ -116,9 +110,6 @@ impl Scene {
             scene.push_wall((ax, ay), (bx, by), WallKind::Segment);
         }
         scene.check_numbers(&[("x0", x0), ("y0", y0), ("x1", x1), ("y1", y1)], || "bounds".to_owned())?;
-        if x0 >= x1 || y0 >= y1 {
-            bail!("bounds: [x0, y0, x1, y1] must have x0 < x1 and y0 < y1");
-        }
         for (from, to) in
             [((x1, y0), (x0, y0)), ((x1, y1), (x1, y0)), ((x0, y1), (x1, y1)), ((x0, y0), (x0, y1))]
         {
@@ -137,7 +128,11 @@ impl Scene {
 
     fn check_numbers(&self, numbers: &[(&str, f64)], place: impl Fn() -> String) -> anyhow::Result<()> {
         for &(field, value) in numbers {
-            self.limits.check_coordinate(value).map_err(|error| anyhow!("{}: {field} {error}", place()))?;
+            self.limits.check_coordinate(value).map_err(|error| {
+                let is_beyond = matches!(error, NumberError::TooLarge { .. });
+                let remedy = if is_beyond { ", which is that of the bounds; widen them" } else { "" };
+                anyhow!("{}: {field} {error}{remedy}", place())
+            })?;
         }
         Ok(())
     }
@@ -165,6 +160,9 @@ impl Scene {
             }
             self.check_numbers(&[("x", order.x), ("y", order.y)], place)?;
             self.limits.check_speed(order.s).map_err(|error| anyhow!("{}: s {error}", place()))?;
+            if order.queue && order.s == 0.0 {
+                bail!("{}: s is 0, which stops at once; a stop cannot be queued: leave out `queue`", place());
+            }
             if let Some((start, fraction)) = order.start {
                 let checked = self.limits.check_fraction(fraction);
                 checked.map_err(|error| anyhow!("{}: start[1] {error}", place()))?;
@@ -177,12 +175,41 @@ impl Scene {
     }
 }
 
-/// The place of an error, with the id of the object where the text up to there gives one.
+/// Returns the limits that follow from what a scene declares, and from nothing that happens in it: coordinates up to
+/// the largest of the bounds, speeds up to the largest of the moves. So the skin, which follows from the limits, is as
+/// small as the scene.
+fn declared_limits(raw: &RawScene) -> anyhow::Result<Limits> {
+    let reach = raw.bounds.into_iter().map(f64::abs).fold(0.0, f64::max);
+    // One that no scene may have is found when the moves are checked, and told with its place.
+    let speed = raw.moves.iter().map(|order| order.s).fold(SPEED_MIN, f64::max).min(SPEED_MAX);
+    Limits::new(reach, RADIUS_MAX, speed).map_err(|(_, error)| anyhow!("bounds: a coordinate {error}"))
+}
+
+/// The ids of a scene. Whatever else is in it is skipped, so that a number that cannot be read is no hindrance.
+#[derive(Debug, Deserialize)]
+struct Ids {
+    #[serde(default)]
+    objects: Vec<Id>,
+    #[serde(default)]
+    moves: Vec<Id>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Id {
+    id: Option<serde_json::Number>,
+}
+
+/// The place of an error, with the id of the object where the text gives one.
 fn named(path: String, text: &[u8]) -> String {
     let id = path.split_once('[').and_then(|(list, rest)| {
         let index: usize = rest.split_once(']')?.0.parse().ok()?;
-        let scene: serde_json::Value = serde_json::from_slice(text).ok()?;
-        Some(scene.get(list)?.get(index)?.get("id")?.to_string())
+        let Ids { objects, moves } = serde_json::from_slice(text).ok()?;
+        let ids = match list {
+            "objects" => objects,
+            "moves" => moves,
+            _ => return None,
+        };
+        ids.get(index)?.id.clone()
     });
     match id {
         Some(id) => format!("{path} (object {id})"),
