@@ -5,6 +5,7 @@
 
 mod architecture;
 mod commands;
+mod fog;
 mod kinematics;
 mod maps;
 mod matches;

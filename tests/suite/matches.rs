@@ -1,4 +1,4 @@
-//! Whole matches in one process: shipped scenarios, bots, replays, fog, and how matches end.
+//! Whole matches in one process: shipped scenarios, bots, replays, and how matches end.
 
 #![expect(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
@@ -97,72 +97,6 @@ fn the_text_on_scenarios_has_an_example_that_loads_and_names_every_key() {
 }
 
 #[test]
-fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
-    let mut game = Game::new(shipped("config/scenarios/diamond.toml", None), &["straight", "random"]);
-    let (mut seen_most, mut hidden_most) = (0, 0);
-    while game.step() {
-        let [a, b] = [Seat(0), Seat(1)].map(|seat| (seat, &game.players[seat.index()].view));
-        for ((seat, view), (other_seat, other)) in [(a, b), (b, a)] {
-            let foreign = view.objects_of(other_seat).count();
-            let expected = other.objects_of(other_seat).filter(|&(handle, _)| {
-                view.objects_of(seat).any(|(own, _)| is_in_sight(&game, (view, own), (other, handle)))
-            });
-            assert_eq!(foreign, expected.count(), "cycle {} seat {seat}", view.cycle());
-            seen_most = seen_most.max(foreign);
-            hidden_most = hidden_most.max(other.objects_of(other_seat).count() - foreign);
-        }
-    }
-    assert!(seen_most > 4 && hidden_most > 4, "{seen_most} {hidden_most}");
-}
-
-#[test]
-fn what_a_seat_is_told_does_not_depend_on_what_it_cannot_see() {
-    let plain = format!("{}\n", ".".repeat(200)).repeat(8);
-    let [mut idle, mut random] =
-        ["idle", "random"].map(|opponent| Game::new(tiny("[vision]", &plain), &["straight", opponent]));
-    let is_alone = |game: &Game| game.players[0].view.objects_of(Seat(1)).next().is_none();
-    while idle.step() && random.step() && is_alone(&idle) && is_alone(&random) {
-        assert_eq!(idle.players[0].delta, random.players[0].delta);
-        assert_ne!(idle.referee.hash(), random.referee.hash());
-    }
-    assert!(idle.referee.cycle() > Cycle(100), "they met in cycle {}", idle.referee.cycle());
-}
-
-#[test]
-fn an_order_that_changes_nothing_to_be_seen_is_not_told_to_others() {
-    let check = |command: &dyn Fn(Handle) -> Command| {
-        let mut game = Game::new(tiny("", &open()), &["idle", "idle"]);
-        let quiet =
-            |delta: &Delta| delta.moved.is_empty() && delta.stopped.is_empty() && delta.changed.is_empty();
-        let (object, _) = game.players[0].view.objects_of(Seat(0)).next().unwrap();
-        let command = command(object);
-        for _ in 0..3 {
-            let cycle = game.referee.cycle();
-            let list = vec![Sequenced { seq: 1, command: command.clone() }];
-            game.referee.handle_commands(Seat(0), cycle, list).unwrap();
-            game.step();
-            assert!(
-                matches!(game.players[0].delta.results[0].outcome, Outcome::Applied { .. }),
-                "{command:?}"
-            );
-            assert!(quiet(&game.players[1].delta), "{command:?}: {:?}", game.players[1].delta);
-        }
-    };
-    let go = |object, s, cycle| Command::Move {
-        object,
-        x: 12.0,
-        y: 12.0,
-        s,
-        queue: false,
-        start: Some((Cycle(cycle), 0.5)),
-    };
-    check(&|object| Command::Stop { object });
-    check(&|object| go(object, Some(0.0), 2));
-    check(&|object| go(object, None, 20));
-    check(&|object| Command::Path { object, points: vec![(3.0, 3.0, None)], start: Some((Cycle(9), 0.0)) });
-}
-
-#[test]
 fn nobody_moves_and_the_match_ends_as_a_draw_at_its_length() {
     let played = play(tiny("", &open()), &["idle", "idle"]);
     assert_eq!(played.result.reason, EndReason::Length);
@@ -242,21 +176,21 @@ fn a_seat_that_stalls_is_skipped_or_forfeited_on_a_virtual_clock() {
 }
 
 /// A match and the bots that play it.
-struct Game {
-    referee: Referee,
-    players: Vec<Player>,
+pub(crate) struct Game {
+    pub(crate) referee: Referee,
+    pub(crate) players: Vec<Player>,
     records: Vec<RecordedEvent>,
 }
 
-struct Player {
+pub(crate) struct Player {
     bot: Box<dyn Bot + Send>,
     /// A copy of the view such as a client has.
-    view: View,
-    delta: Delta,
+    pub(crate) view: View,
+    pub(crate) delta: Delta,
 }
 
 impl Game {
-    fn new(loaded: Loaded, bots: &[&str]) -> Self {
+    pub(crate) fn new(loaded: Loaded, bots: &[&str]) -> Self {
         let seed = loaded.scenario.seed;
         let mut referee = Referee::new(loaded, ClockMode::Lockstep).unwrap();
         assert_eq!(referee.seats(), bots.len());
@@ -278,7 +212,7 @@ impl Game {
     }
 
     /// Plays a cycle; returns whether the match goes on.
-    fn step(&mut self) -> bool {
+    pub(crate) fn step(&mut self) -> bool {
         for (seat, player) in (0..).map(Seat).zip(&mut self.players) {
             let cycle = player.view.cycle();
             let commands = player.bot.on_cycle(&player.view, &player.delta);
@@ -329,17 +263,6 @@ fn drain(referee: &mut Referee) {
     }
 }
 
-/// Returns whether the object `seen` of a view is in sight of the object `eye` of another.
-fn is_in_sight(game: &Game, eye: (&View, Handle), seen: (&View, Handle)) -> bool {
-    let types = game.referee.rules().unit_types;
-    let [(from, eye_type), (to, seen_type)] = [eye, seen].map(|(view, handle)| {
-        let unit_type = view.object(handle).unwrap().unit_type;
-        (view.position(handle).unwrap(), types[usize::from(unit_type.0)].clone())
-    });
-    let reach = eye_type.radius + seen_type.radius + eye_type.sight;
-    from.distance_squared(to) <= reach * reach
-}
-
 /// The files of the repository.
 struct Disk;
 
@@ -349,12 +272,12 @@ impl Resolver for Disk {
     }
 }
 
-fn shipped(path: &str, seed: Option<u64>) -> Loaded {
+pub(crate) fn shipped(path: &str, seed: Option<u64>) -> Loaded {
     load(&Disk, path, None, seed).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Returns a match of two seats with three scouts each and 160 cycles.
-fn tiny(tables: &str, rows: &str) -> Loaded {
+pub(crate) fn tiny(tables: &str, rows: &str) -> Loaded {
     let scenario = format!(
         "name = 'tiny'\nmap = 'tiny.map'\nlength_seconds = 20\n{tables}\n[objective]\nkind = 'race'\nzone_size = 4\n\
          [unit.scout]\nradius = 0.25\nspeed = 4\nsight = 3\n\
@@ -369,6 +292,6 @@ fn tiny(tables: &str, rows: &str) -> Loaded {
 }
 
 /// Returns the rows of an open map, 24 by 24.
-fn open() -> String {
+pub(crate) fn open() -> String {
     format!("{}\n", ".".repeat(24)).repeat(24)
 }
