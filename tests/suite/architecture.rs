@@ -5,6 +5,37 @@ use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
 
+/// The edges of the layout that was planned; those of the command, which may use everything, left out.
+const EDGES_PLANNED: [(&str, &[&str]); 9] = [
+    ("tilemap", &["geometry"]),
+    ("kinematics", &["geometry"]),
+    ("view", &["geometry", "tilemap"]),
+    ("game", &["kinematics", "tilemap", "view"]),
+    ("referee", &["game", "view"]),
+    ("protocol", &["view"]),
+    ("bots", &["view"]),
+    ("server", &["referee", "protocol"]),
+    ("client", &["protocol"]),
+];
+
+/// The outside packages that were chosen at the start.
+const PACKAGES_PLANNED: [&str; 14] = [
+    "bincode",
+    "bytes",
+    "clap",
+    "glam",
+    "indicatif",
+    "rayon",
+    "serde",
+    "serde_json",
+    "thiserror",
+    "tiled",
+    "tokio",
+    "tokio-util",
+    "toml",
+    "tracing",
+];
+
 /// A crate: its folder, the crates and the outside packages that it depends on.
 type Crates = BTreeMap<String, (String, BTreeSet<String>, BTreeSet<String>)>;
 
@@ -35,6 +66,24 @@ fn a_bot_cannot_reach_the_world() {
     }
     for secret in ["game", "referee", "kinematics"] {
         assert!(!reached.contains(secret), "bots depend on {secret}");
+    }
+}
+
+#[test]
+fn every_edge_and_package_beyond_the_plan_has_a_decision() {
+    let decisions: String = entries("docs/decisions")
+        .iter()
+        .map(|page| std::fs::read_to_string(page).expect("a page is text"))
+        .collect();
+    for (name, (_, edges, packages)) in manifested() {
+        let planned = EDGES_PLANNED.iter().find(|(from, _)| *from == name).map_or(&[][..], |(_, to)| to);
+        for edge in edges.iter().filter(|edge| name != "cli" && !planned.contains(&edge.as_str())) {
+            assert!(decisions.contains(&format!("`{name} -> {edge}`")), "no decision on {name} -> {edge}");
+        }
+        for package in packages.union(&packages_of_tests(&name)) {
+            let is_planned = PACKAGES_PLANNED.contains(&package.as_str());
+            assert!(is_planned || decisions.contains(&format!("`{package}`")), "no decision on {package}");
+        }
     }
 }
 
@@ -84,21 +133,53 @@ fn documented() -> Crates {
 
 fn manifested() -> Crates {
     let mut crates = Crates::new();
-    for part in ["crates/core", "crates/shell"] {
-        for entry in std::fs::read_dir(Path::new(ROOT).join(part)).expect("the folder is there").flatten() {
-            let Ok(text) = std::fs::read_to_string(entry.path().join("Cargo.toml")) else { continue };
-            let manifest: toml::Table = text.parse().expect("a manifest is TOML");
-            let name = manifest["package"]["name"].as_str().expect("a name").to_owned();
-            let names = manifest.get("dependencies").and_then(toml::Value::as_table).expect("dependencies");
-            let (ours, outside): (Vec<&String>, Vec<&String>) =
-                names.keys().partition(|name| name.starts_with("maniple-"));
-            let short = |name: &String| name.trim_start_matches("maniple-").to_owned();
-            let folder = format!("{part}/{}", entry.file_name().to_string_lossy());
-            let edges = ours.into_iter().map(short).collect();
-            crates.insert(short(&name), (folder, edges, outside.into_iter().cloned().collect()));
-        }
+    for (folder, manifest) in manifests() {
+        let (ours, outside): (BTreeSet<String>, BTreeSet<String>) =
+            names(&manifest, "dependencies").into_iter().partition(|name| name.starts_with("maniple-"));
+        let edges = ours.iter().map(|name| short(name)).collect();
+        crates.insert(name_of(&manifest), (folder, edges, outside));
     }
     crates
+}
+
+/// Returns the outside packages that only the tests of a crate depend on.
+fn packages_of_tests(name: &str) -> BTreeSet<String> {
+    let manifests = manifests();
+    let (_, manifest) = manifests.iter().find(|(_, manifest)| name_of(manifest) == name).expect("a crate");
+    names(manifest, "dev-dependencies").into_iter().filter(|name| !name.starts_with("maniple-")).collect()
+}
+
+/// Returns the folder and the manifest of each crate.
+fn manifests() -> Vec<(String, toml::Table)> {
+    let mut found = Vec::new();
+    for part in ["crates/core", "crates/shell"] {
+        for folder in entries(part) {
+            let Ok(text) = std::fs::read_to_string(folder.join("Cargo.toml")) else { continue };
+            let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
+            found.push((format!("{part}/{name}"), text.parse().expect("a manifest is TOML")));
+        }
+    }
+    found
+}
+
+fn name_of(manifest: &toml::Table) -> String {
+    short(manifest["package"]["name"].as_str().expect("a name"))
+}
+
+fn short(name: &str) -> String {
+    name.trim_start_matches("maniple-").to_owned()
+}
+
+/// Returns the keys of a table of a manifest; none where there is no such table.
+fn names(manifest: &toml::Table, table: &str) -> BTreeSet<String> {
+    let table = manifest.get(table).and_then(toml::Value::as_table);
+    table.into_iter().flat_map(|table| table.keys().cloned()).collect()
+}
+
+/// Returns what is in a folder of the repository.
+fn entries(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(Path::new(ROOT).join(folder)).expect("the folder is there");
+    entries.flatten().map(|entry| entry.path()).collect()
 }
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
