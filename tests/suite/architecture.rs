@@ -88,6 +88,25 @@ fn every_edge_and_package_beyond_the_plan_has_a_decision() {
 }
 
 #[test]
+fn every_other_name_in_the_glossary_is_an_alias_in_the_code() {
+    let code: String = sources(&Path::new(ROOT).join("crates"))
+        .iter()
+        .map(|path| std::fs::read_to_string(path).expect("a source is text"))
+        .collect();
+    let glossary = std::fs::read_to_string(Path::new(ROOT).join("docs/GLOSSARY.md")).expect("the glossary");
+    let mut others = 0;
+    for line in glossary.lines().filter(|line| line.starts_with("| ")) {
+        let word = line.split('|').nth(1).expect("a row has cells");
+        let Some((_, names)) = word.trim().trim_end_matches(')').split_once(" (") else { continue };
+        for name in names.split(", ") {
+            others += 1;
+            assert!(code.contains(&format!("#[doc(alias = \"{name}\")]")), "{name} is no alias");
+        }
+    }
+    assert!(others > 10, "{others}");
+}
+
+#[test]
 fn bincode_is_named_in_one_module_only() {
     let sources = sources(&Path::new(ROOT).join("crates"));
     let naming = sources.iter().filter(|path| {

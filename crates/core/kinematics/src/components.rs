@@ -5,6 +5,7 @@
 ///
 /// Union-find with path halving, always towards the smaller node (Tarjan and van Leeuwen 1984): near-linear in the
 /// number of edges.
+#[doc(alias = "island")]
 pub(crate) fn components(count: usize, edges: &[(u32, u32)]) -> (Vec<u32>, usize) {
     let nodes = 0..u32::try_from(count).expect("objects have u32 ids");
     let mut parent: Vec<u32> = nodes.clone().collect();

@@ -9,6 +9,7 @@ const SECTORS_A_SIDE_MAX: usize = 256;
 
 /// A grid of square buckets that holds numbers by place. What lies outside counts as in the outermost buckets, so that
 /// nothing is ever missed.
+#[doc(alias = "grid cell")]
 #[derive(Clone, Debug)]
 pub(crate) struct Sectors<S: Scalar> {
     origin: S::Vector,

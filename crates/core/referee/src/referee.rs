@@ -20,6 +20,7 @@ use crate::seat::{Batch, FloodError, JoinError, SeatState, check_name};
 ///
 /// A seat's delta is there after [`Referee::new`], after a join and after each step, and has to be taken with
 /// [`Referee::take_delta`] before the next step; so have the records.
+#[doc(alias = "engine")]
 pub struct Referee {
     loaded: Arc<Loaded>,
     mode: ClockMode,
