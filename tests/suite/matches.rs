@@ -278,11 +278,17 @@ pub(crate) fn shipped(path: &str, seed: Option<u64>) -> Loaded {
 
 /// Returns a match of two seats with three scouts each and 160 cycles.
 pub(crate) fn tiny(tables: &str, rows: &str) -> Loaded {
+    scouts(tables, rows, &[3, 3])
+}
+
+/// Returns a match of 160 cycles with so many scouts of each seat.
+pub(crate) fn scouts(tables: &str, rows: &str, counts: &[usize]) -> Loaded {
+    let seats =
+        counts.iter().map(|count| format!("[[seat]]\ngroups = [{{ unit = 'scout', count = {count} }}]\n"));
     let scenario = format!(
         "name = 'tiny'\nmap = 'tiny.map'\nlength_seconds = 20\n{tables}\n[objective]\nkind = 'race'\nzone_size = 4\n\
-         [unit.scout]\nradius = 0.25\nspeed = 4\nsight = 3\n\
-         [[seat]]\ngroups = [{{ unit = 'scout', count = 3 }}]\n\
-         [[seat]]\ngroups = [{{ unit = 'scout', count = 3 }}]\n"
+         [unit.scout]\nradius = 0.25\nspeed = 4\nsight = 3\n{}",
+        seats.collect::<String>()
     );
     let (width, height) = (rows.lines().next().map_or(0, str::len), rows.lines().count());
     let map = format!("type octile\nheight {height}\nwidth {width}\nmap\n{rows}");
