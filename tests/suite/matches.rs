@@ -11,8 +11,8 @@ use maniple_geometry::Cycle;
 use maniple_referee::{RecordedEvent, Referee};
 use maniple_tilemap::Resolver;
 use maniple_view::{
-    ClockMode, Command, Delta, Digest, EndReason, Handle, MatchResult, Outcome, Refusal, Seat, Sequenced,
-    View,
+    Base, ClockMode, Command, Delta, Digest, EndReason, Handle, MatchResult, Outcome, Refusal, Seat,
+    Sequenced, Stopped, View,
 };
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -143,6 +143,37 @@ fn who_resigns_loses_and_is_refused_from_then_on() {
 }
 
 #[test]
+fn a_start_lets_go_on_what_runs_and_a_queued_one_waits_for_the_arrival_too() {
+    // The unit stands at (19.5, 17.9375) and goes half a unit a cycle: to the corner it takes 3.5 cycles, from there to
+    // the left 4.
+    let (corner, left, far) = ((19.5, 16.1875), (17.5, 16.1875), (19.5, 12.9375));
+    let (up, aside, rest) = ((0.0, -0.5), (-0.5, 0.0), (0.0, 0.0));
+    let object = Handle(3);
+    let go = |(x, y), queue, start| Command::Move { object, x, y, s: None, queue, start };
+    let path = |points: &[(f64, f64)], start| {
+        let points = points.iter().map(|&(x, y)| (x, y, None)).collect();
+        Command::Path { object, points, start }
+    };
+    let check = |case: &str, commands: &[Command], expected: &[(u32, f64, (f64, f64))]| {
+        assert_eq!(motions(object, commands), expected, "{case}");
+    };
+    let at = |cycle, fraction| Some((Cycle(cycle), fraction));
+    let turns_on_arrival = [(0, 0.0, up), (3, 0.5, aside), (7, 0.5, rest)];
+    for start in [None, at(2, 0.75), at(3, 0.25)] {
+        let queued = [go(corner, false, None), go(left, true, start)];
+        check("queued, to start before the arrival", &queued, &turns_on_arrival);
+    }
+    let queued = [go(corner, false, None), go(left, true, at(5, 0.25))];
+    let pauses = [(0, 0.0, up), (3, 0.5, rest), (5, 0.25, aside), (9, 0.25, rest)];
+    check("queued, to start after the arrival", &queued, &pauses);
+    let cut = [go(far, false, None), path(&[left, corner], at(3, 0.5))];
+    let turns = [(0, 0.0, up), (3, 0.5, aside), (7, 0.5, (0.5, 0.0)), (11, 0.5, rest)];
+    check("a path that starts while the unit is on its way", &cut, &turns);
+    let waits = [(2, 0.25, up), (5, 0.75, aside), (9, 0.75, rest)];
+    check("a path that starts while the unit rests", &[path(&[corner, left], at(2, 0.25))], &waits);
+}
+
+#[test]
 fn a_seat_that_stalls_is_skipped_or_forfeited_on_a_virtual_clock() {
     let check = |stall: &str, expected: EndReason| {
         let clock = format!("clock = {{ time_bank_seconds = 1, stall = '{stall}' }}");
@@ -254,6 +285,28 @@ fn play(loaded: Loaded, bots: &[&str]) -> Played {
         hashes: game.records.iter().filter_map(hash).collect(),
         records: game.records,
     }
+}
+
+/// Gives commands at the start of the tiny match; returns when its owner is told that an object went another way, and
+/// with which velocity.
+fn motions(object: Handle, commands: &[Command]) -> Vec<(u32, f64, (f64, f64))> {
+    let mut game = Game::new(tiny("", &open()), &["idle", "idle"]);
+    let list = (0..).zip(commands.to_vec()).map(|(seq, command)| Sequenced { seq, command }).collect();
+    game.referee.handle_commands(Seat(0), Cycle(0), list).unwrap();
+    let mut motions = Vec::new();
+    for _ in 0..20 {
+        game.step();
+        let Delta { moved, stopped, results, .. } = &game.players[0].delta;
+        assert!(
+            results.iter().all(|result| matches!(result.outcome, Outcome::Applied { .. })),
+            "{results:?}"
+        );
+        let base = |at: &Base| (at.cycle.0, at.fraction, at.velocity.into());
+        motions.extend(moved.iter().filter(|moved| moved.object == object).map(|moved| base(&moved.base)));
+        let rest = |stopped: &Stopped| (stopped.cycle.0, stopped.fraction, (0.0, 0.0));
+        motions.extend(stopped.iter().filter(|stopped| stopped.object == object).map(rest));
+    }
+    motions
 }
 
 fn drain(referee: &mut Referee) {
