@@ -107,6 +107,48 @@ fn every_other_name_in_the_glossary_is_an_alias_in_the_code() {
 }
 
 #[test]
+fn the_bans_of_the_core_close_every_door_and_reach_floats_of_both_widths() {
+    let text = std::fs::read_to_string(Path::new(ROOT).join("crates/core/clippy.toml")).expect("the bans");
+    let bans: toml::Table = text.parse().expect("they are TOML");
+    let paths: BTreeSet<String> = ["disallowed-types", "disallowed-methods"]
+        .iter()
+        .flat_map(|list| bans[*list].as_array().expect("a list"))
+        .map(|ban| ban["path"].as_str().expect("a path").to_owned())
+        .collect();
+    let doors = [
+        (
+            "std::fs::",
+            "File OpenOptions DirBuilder read read_to_string read_dir write copy rename remove_file",
+        ),
+        ("std::os::unix::net::", "UnixStream UnixListener UnixDatagram"),
+        ("std::net::", "TcpStream TcpListener UdpSocket"),
+        ("std::thread::", "spawn scope sleep Builder Builder::spawn Builder::spawn_scoped"),
+        ("std::time::", "Instant SystemTime"),
+        ("std::env::", "var var_os vars args current_dir"),
+        ("std::collections::", "HashMap HashSet"),
+        ("std::hash::", "RandomState DefaultHasher"),
+        ("rand::", "rng random thread_rng"),
+        ("f64::", "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh asinh acosh atanh"),
+        ("f64::", "exp exp2 exp_m1 ln ln_1p log log2 log10 powf powi cbrt hypot mul_add min max clamp"),
+        (
+            "glam::DVec2::",
+            "from_angle to_angle angle_to rotate_towards exp exp2 ln log2 powf mul_add min max clamp",
+        ),
+        ("glam::DMat2::", "from_angle"),
+        ("glam::DAffine2::", "from_angle"),
+    ];
+    for (module, names) in doors {
+        for name in names.split(' ') {
+            assert!(paths.contains(&format!("{module}{name}")), "{module}{name} is not banned");
+        }
+    }
+    let narrow = |path: &str| path.replace("f64::", "f32::").replace("glam::D", "glam::");
+    for path in &paths {
+        assert!(paths.contains(&narrow(path)), "{path} is banned, {} is not", narrow(path));
+    }
+}
+
+#[test]
 fn bincode_is_named_in_one_module_only() {
     let sources = sources(&Path::new(ROOT).join("crates"));
     let naming = sources.iter().filter(|path| {
