@@ -3,13 +3,16 @@
 use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_protocol::{Encoding, ServerMessage, encode_server};
-use maniple_view::{Command, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, View, Waypoint};
+use maniple_view::{
+    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, View, Waypoint,
+};
 
 use crate::matches::{Game, open, scouts, shipped, tiny};
 
 #[test]
 fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
     let mut game = Game::new(shipped("config/scenarios/diamond.toml", None), &["straight", "random"]);
+    let deviation_max = DEVIATION_SKINS_MAX * game.referee.rules().skin;
     let (mut seen_most, mut hidden_most) = (0, 0);
     while game.step() {
         let [a, b] = [Seat(0), Seat(1)].map(|seat| (seat, &game.players[seat.index()].view));
@@ -19,6 +22,11 @@ fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
                 view.objects_of(seat).any(|(own, _)| is_in_sight(&game, (view, own), (other, handle)))
             });
             assert_eq!(foreign, expected.count(), "cycle {} seat {seat}", view.cycle());
+            for (handle, _) in view.objects_of(other_seat) {
+                let seen = view.position(handle).unwrap();
+                let mut truths = other.objects_of(other_seat).map(|(own, _)| other.position(own).unwrap());
+                assert!(truths.any(|truth| truth.distance(seen) <= deviation_max), "cycle {}", view.cycle());
+            }
             seen_most = seen_most.max(foreign);
             hidden_most = hidden_most.max(other.objects_of(other_seat).count() - foreign);
         }
