@@ -5,6 +5,37 @@ use std::path::{Path, PathBuf};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
 
+/// The edges of the layout that was planned; those of the command, which may use everything, left out.
+const EDGES_PLANNED: [(&str, &[&str]); 9] = [
+    ("tilemap", &["geometry"]),
+    ("kinematics", &["geometry"]),
+    ("view", &["geometry", "tilemap"]),
+    ("game", &["kinematics", "tilemap", "view"]),
+    ("referee", &["game", "view"]),
+    ("protocol", &["view"]),
+    ("bots", &["view"]),
+    ("server", &["referee", "protocol"]),
+    ("client", &["protocol"]),
+];
+
+/// The outside packages that were chosen at the start.
+const PACKAGES_PLANNED: [&str; 14] = [
+    "bincode",
+    "bytes",
+    "clap",
+    "glam",
+    "indicatif",
+    "rayon",
+    "serde",
+    "serde_json",
+    "thiserror",
+    "tiled",
+    "tokio",
+    "tokio-util",
+    "toml",
+    "tracing",
+];
+
 /// A crate: its folder, the crates and the outside packages that it depends on.
 type Crates = BTreeMap<String, (String, BTreeSet<String>, BTreeSet<String>)>;
 
@@ -39,6 +70,85 @@ fn a_bot_cannot_reach_the_world() {
 }
 
 #[test]
+fn every_edge_and_package_beyond_the_plan_has_a_decision() {
+    let decisions: String = entries("docs/decisions")
+        .iter()
+        .map(|page| std::fs::read_to_string(page).expect("a page is text"))
+        .collect();
+    for (name, (_, edges, packages)) in manifested() {
+        let planned = EDGES_PLANNED.iter().find(|(from, _)| *from == name).map_or(&[][..], |(_, to)| to);
+        for edge in edges.iter().filter(|edge| name != "cli" && !planned.contains(&edge.as_str())) {
+            assert!(decisions.contains(&format!("`{name} -> {edge}`")), "no decision on {name} -> {edge}");
+        }
+        for package in packages.union(&packages_of_tests(&name)) {
+            let is_planned = PACKAGES_PLANNED.contains(&package.as_str());
+            assert!(is_planned || decisions.contains(&format!("`{package}`")), "no decision on {package}");
+        }
+    }
+}
+
+#[test]
+fn every_other_name_in_the_glossary_is_an_alias_in_the_code() {
+    let code: String = sources(&Path::new(ROOT).join("crates"))
+        .iter()
+        .map(|path| std::fs::read_to_string(path).expect("a source is text"))
+        .collect();
+    let glossary = std::fs::read_to_string(Path::new(ROOT).join("docs/GLOSSARY.md")).expect("the glossary");
+    let mut others = 0;
+    for line in glossary.lines().filter(|line| line.starts_with("| ")) {
+        let word = line.split('|').nth(1).expect("a row has cells");
+        let Some((_, names)) = word.trim().trim_end_matches(')').split_once(" (") else { continue };
+        for name in names.split(", ") {
+            others += 1;
+            assert!(code.contains(&format!("#[doc(alias = \"{name}\")]")), "{name} is no alias");
+        }
+    }
+    assert!(others > 10, "{others}");
+}
+
+#[test]
+fn the_bans_of_the_core_close_every_door_and_reach_floats_of_both_widths() {
+    let text = std::fs::read_to_string(Path::new(ROOT).join("crates/core/clippy.toml")).expect("the bans");
+    let bans: toml::Table = text.parse().expect("they are TOML");
+    let paths: BTreeSet<String> = ["disallowed-types", "disallowed-methods"]
+        .iter()
+        .flat_map(|list| bans[*list].as_array().expect("a list"))
+        .map(|ban| ban["path"].as_str().expect("a path").to_owned())
+        .collect();
+    let doors = [
+        (
+            "std::fs::",
+            "File OpenOptions DirBuilder read read_to_string read_dir write copy rename remove_file",
+        ),
+        ("std::os::unix::net::", "UnixStream UnixListener UnixDatagram"),
+        ("std::net::", "TcpStream TcpListener UdpSocket"),
+        ("std::thread::", "spawn scope sleep Builder Builder::spawn Builder::spawn_scoped"),
+        ("std::time::", "Instant SystemTime"),
+        ("std::env::", "var var_os vars args current_dir"),
+        ("std::collections::", "HashMap HashSet"),
+        ("std::hash::", "RandomState DefaultHasher"),
+        ("rand::", "rng random thread_rng"),
+        ("f64::", "sin cos tan sin_cos asin acos atan atan2 sinh cosh tanh asinh acosh atanh"),
+        ("f64::", "exp exp2 exp_m1 ln ln_1p log log2 log10 powf powi cbrt hypot mul_add min max clamp"),
+        (
+            "glam::DVec2::",
+            "from_angle to_angle angle_to rotate_towards exp exp2 ln log2 powf mul_add min max clamp",
+        ),
+        ("glam::DMat2::", "from_angle"),
+        ("glam::DAffine2::", "from_angle"),
+    ];
+    for (module, names) in doors {
+        for name in names.split(' ') {
+            assert!(paths.contains(&format!("{module}{name}")), "{module}{name} is not banned");
+        }
+    }
+    let narrow = |path: &str| path.replace("f64::", "f32::").replace("glam::D", "glam::");
+    for path in &paths {
+        assert!(paths.contains(&narrow(path)), "{path} is banned, {} is not", narrow(path));
+    }
+}
+
+#[test]
 fn bincode_is_named_in_one_module_only() {
     let sources = sources(&Path::new(ROOT).join("crates"));
     let naming = sources.iter().filter(|path| {
@@ -48,44 +158,6 @@ fn bincode_is_named_in_one_module_only() {
     let naming: Vec<&PathBuf> = naming.collect();
     assert_eq!(naming.len(), 1, "{naming:?}");
     assert!(naming[0].ends_with("core/protocol/src/codec.rs"), "{naming:?}");
-}
-
-#[test]
-fn what_is_forbidden_in_the_core_is_forbidden_under_every_name() {
-    let text = std::fs::read_to_string(Path::new(ROOT).join("crates/core/clippy.toml")).expect("the bans");
-    let bans: toml::Table = text.parse().expect("TOML");
-    let paths = |key: &str| -> BTreeSet<String> {
-        let list = bans[key].as_array().expect("a list").iter();
-        list.map(|ban| ban["path"].as_str().expect("a path").to_owned()).collect()
-    };
-    let banned: BTreeSet<String> =
-        paths("disallowed-methods").union(&paths("disallowed-types")).cloned().collect();
-    for path in &banned {
-        for (of_double, of_single) in [("f64::", "f32::"), ("glam::DVec2::", "glam::Vec2::")] {
-            for (one, other) in [(of_double, of_single), (of_single, of_double)] {
-                let twin = path.strip_prefix(one).map(|name| format!("{other}{name}"));
-                assert!(
-                    twin.is_none_or(|twin| banned.contains(&twin)),
-                    "{path} is forbidden, but not for {other}"
-                );
-            }
-        }
-    }
-    for path in [
-        "rand::rng",
-        "std::env::var_os",
-        "std::fs::OpenOptions",
-        "std::fs::metadata",
-        "std::fs::read_dir",
-        "std::os::unix::net::UnixStream",
-        "std::thread::Builder::spawn",
-        "f64::exp_m1",
-        "f64::tanh",
-        "glam::DVec2::angle_to",
-        "glam::DVec2::from_angle",
-    ] {
-        assert!(banned.contains(path), "{path} is not forbidden");
-    }
 }
 
 #[test]
@@ -122,21 +194,53 @@ fn documented() -> Crates {
 
 fn manifested() -> Crates {
     let mut crates = Crates::new();
-    for part in ["crates/core", "crates/shell"] {
-        for entry in std::fs::read_dir(Path::new(ROOT).join(part)).expect("the folder is there").flatten() {
-            let Ok(text) = std::fs::read_to_string(entry.path().join("Cargo.toml")) else { continue };
-            let manifest: toml::Table = text.parse().expect("a manifest is TOML");
-            let name = manifest["package"]["name"].as_str().expect("a name").to_owned();
-            let names = manifest.get("dependencies").and_then(toml::Value::as_table).expect("dependencies");
-            let (ours, outside): (Vec<&String>, Vec<&String>) =
-                names.keys().partition(|name| name.starts_with("maniple-"));
-            let short = |name: &String| name.trim_start_matches("maniple-").to_owned();
-            let folder = format!("{part}/{}", entry.file_name().to_string_lossy());
-            let edges = ours.into_iter().map(short).collect();
-            crates.insert(short(&name), (folder, edges, outside.into_iter().cloned().collect()));
-        }
+    for (folder, manifest) in manifests() {
+        let (ours, outside): (BTreeSet<String>, BTreeSet<String>) =
+            names(&manifest, "dependencies").into_iter().partition(|name| name.starts_with("maniple-"));
+        let edges = ours.iter().map(|name| short(name)).collect();
+        crates.insert(name_of(&manifest), (folder, edges, outside));
     }
     crates
+}
+
+/// Returns the outside packages that only the tests of a crate depend on.
+fn packages_of_tests(name: &str) -> BTreeSet<String> {
+    let manifests = manifests();
+    let (_, manifest) = manifests.iter().find(|(_, manifest)| name_of(manifest) == name).expect("a crate");
+    names(manifest, "dev-dependencies").into_iter().filter(|name| !name.starts_with("maniple-")).collect()
+}
+
+/// Returns the folder and the manifest of each crate.
+fn manifests() -> Vec<(String, toml::Table)> {
+    let mut found = Vec::new();
+    for part in ["crates/core", "crates/shell"] {
+        for folder in entries(part) {
+            let Ok(text) = std::fs::read_to_string(folder.join("Cargo.toml")) else { continue };
+            let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
+            found.push((format!("{part}/{name}"), text.parse().expect("a manifest is TOML")));
+        }
+    }
+    found
+}
+
+fn name_of(manifest: &toml::Table) -> String {
+    short(manifest["package"]["name"].as_str().expect("a name"))
+}
+
+fn short(name: &str) -> String {
+    name.trim_start_matches("maniple-").to_owned()
+}
+
+/// Returns the keys of a table of a manifest; none where there is no such table.
+fn names(manifest: &toml::Table, table: &str) -> BTreeSet<String> {
+    let table = manifest.get(table).and_then(toml::Value::as_table);
+    table.into_iter().flat_map(|table| table.keys().cloned()).collect()
+}
+
+/// Returns what is in a folder of the repository.
+fn entries(folder: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(Path::new(ROOT).join(folder)).expect("the folder is there");
+    entries.flatten().map(|entry| entry.path()).collect()
 }
 
 fn sources(folder: &Path) -> Vec<PathBuf> {

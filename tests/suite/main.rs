@@ -6,6 +6,7 @@
 mod architecture;
 mod arena;
 mod commands;
+mod fog;
 mod kinematics;
 mod maps;
 mod matches;

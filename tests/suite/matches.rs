@@ -1,4 +1,4 @@
-//! Whole matches in one process: shipped scenarios, bots, replays, fog, and how matches end.
+//! Whole matches in one process: shipped scenarios, bots, replays, and how matches end.
 
 #![expect(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
@@ -11,8 +11,8 @@ use maniple_geometry::Cycle;
 use maniple_referee::{RecordedEvent, Referee};
 use maniple_tilemap::Resolver;
 use maniple_view::{
-    ClockMode, Command, Delta, Digest, EndReason, Handle, MatchResult, Outcome, Refusal, Seat, Sequenced,
-    View,
+    Base, ClockMode, Command, Delta, Digest, EndReason, Handle, MatchResult, Outcome, Refusal, Seat,
+    Sequenced, Stopped, View,
 };
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -97,72 +97,6 @@ fn the_text_on_scenarios_has_an_example_that_loads_and_names_every_key() {
 }
 
 #[test]
-fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
-    let mut game = Game::new(shipped("config/scenarios/diamond.toml", None), &["straight", "random"]);
-    let (mut seen_most, mut hidden_most) = (0, 0);
-    while game.step() {
-        let [a, b] = [Seat(0), Seat(1)].map(|seat| (seat, &game.players[seat.index()].view));
-        for ((seat, view), (other_seat, other)) in [(a, b), (b, a)] {
-            let foreign = view.objects_of(other_seat).count();
-            let expected = other.objects_of(other_seat).filter(|&(handle, _)| {
-                view.objects_of(seat).any(|(own, _)| is_in_sight(&game, (view, own), (other, handle)))
-            });
-            assert_eq!(foreign, expected.count(), "cycle {} seat {seat}", view.cycle());
-            seen_most = seen_most.max(foreign);
-            hidden_most = hidden_most.max(other.objects_of(other_seat).count() - foreign);
-        }
-    }
-    assert!(seen_most > 4 && hidden_most > 4, "{seen_most} {hidden_most}");
-}
-
-#[test]
-fn what_a_seat_is_told_does_not_depend_on_what_it_cannot_see() {
-    let plain = format!("{}\n", ".".repeat(200)).repeat(8);
-    let [mut idle, mut random] =
-        ["idle", "random"].map(|opponent| Game::new(tiny("[vision]", &plain), &["straight", opponent]));
-    let is_alone = |game: &Game| game.players[0].view.objects_of(Seat(1)).next().is_none();
-    while idle.step() && random.step() && is_alone(&idle) && is_alone(&random) {
-        assert_eq!(idle.players[0].delta, random.players[0].delta);
-        assert_ne!(idle.referee.hash(), random.referee.hash());
-    }
-    assert!(idle.referee.cycle() > Cycle(100), "they met in cycle {}", idle.referee.cycle());
-}
-
-#[test]
-fn an_order_that_changes_nothing_to_be_seen_is_not_told_to_others() {
-    let check = |command: &dyn Fn(Handle) -> Command| {
-        let mut game = Game::new(tiny("", &open()), &["idle", "idle"]);
-        let quiet =
-            |delta: &Delta| delta.moved.is_empty() && delta.stopped.is_empty() && delta.changed.is_empty();
-        let (object, _) = game.players[0].view.objects_of(Seat(0)).next().unwrap();
-        let command = command(object);
-        for _ in 0..3 {
-            let cycle = game.referee.cycle();
-            let list = vec![Sequenced { seq: 1, command: command.clone() }];
-            game.referee.handle_commands(Seat(0), cycle, list).unwrap();
-            game.step();
-            assert!(
-                matches!(game.players[0].delta.results[0].outcome, Outcome::Applied { .. }),
-                "{command:?}"
-            );
-            assert!(quiet(&game.players[1].delta), "{command:?}: {:?}", game.players[1].delta);
-        }
-    };
-    let go = |object, s, cycle| Command::Move {
-        object,
-        x: 12.0,
-        y: 12.0,
-        s,
-        queue: false,
-        start: Some((Cycle(cycle), 0.5)),
-    };
-    check(&|object| Command::Stop { object });
-    check(&|object| go(object, Some(0.0), 2));
-    check(&|object| go(object, None, 20));
-    check(&|object| Command::Path { object, points: vec![(3.0, 3.0, None)], start: Some((Cycle(9), 0.0)) });
-}
-
-#[test]
 fn nobody_moves_and_the_match_ends_as_a_draw_at_its_length() {
     let played = play(tiny("", &open()), &["idle", "idle"]);
     assert_eq!(played.result.reason, EndReason::Length);
@@ -209,6 +143,37 @@ fn who_resigns_loses_and_is_refused_from_then_on() {
 }
 
 #[test]
+fn a_start_lets_go_on_what_runs_and_a_queued_one_waits_for_the_arrival_too() {
+    // The unit stands at (19.5, 17.9375) and goes half a unit a cycle: to the corner it takes 3.5 cycles, from there to
+    // the left 4.
+    let (corner, left, far) = ((19.5, 16.1875), (17.5, 16.1875), (19.5, 12.9375));
+    let (up, aside, rest) = ((0.0, -0.5), (-0.5, 0.0), (0.0, 0.0));
+    let object = Handle(3);
+    let go = |(x, y), queue, start| Command::Move { object, x, y, s: None, queue, start };
+    let path = |points: &[(f64, f64)], start| {
+        let points = points.iter().map(|&(x, y)| (x, y, None)).collect();
+        Command::Path { object, points, start }
+    };
+    let check = |case: &str, commands: &[Command], expected: &[(u32, f64, (f64, f64))]| {
+        assert_eq!(motions(object, commands), expected, "{case}");
+    };
+    let at = |cycle, fraction| Some((Cycle(cycle), fraction));
+    let turns_on_arrival = [(0, 0.0, up), (3, 0.5, aside), (7, 0.5, rest)];
+    for start in [None, at(2, 0.75), at(3, 0.25)] {
+        let queued = [go(corner, false, None), go(left, true, start)];
+        check("queued, to start before the arrival", &queued, &turns_on_arrival);
+    }
+    let queued = [go(corner, false, None), go(left, true, at(5, 0.25))];
+    let pauses = [(0, 0.0, up), (3, 0.5, rest), (5, 0.25, aside), (9, 0.25, rest)];
+    check("queued, to start after the arrival", &queued, &pauses);
+    let cut = [go(far, false, None), path(&[left, corner], at(3, 0.5))];
+    let turns = [(0, 0.0, up), (3, 0.5, aside), (7, 0.5, (0.5, 0.0)), (11, 0.5, rest)];
+    check("a path that starts while the unit is on its way", &cut, &turns);
+    let waits = [(2, 0.25, up), (5, 0.75, aside), (9, 0.75, rest)];
+    check("a path that starts while the unit rests", &[path(&[corner, left], at(2, 0.25))], &waits);
+}
+
+#[test]
 fn a_seat_that_stalls_is_skipped_or_forfeited_on_a_virtual_clock() {
     let check = |stall: &str, expected: EndReason| {
         let clock = format!("clock = {{ time_bank_seconds = 1, stall = '{stall}' }}");
@@ -242,21 +207,21 @@ fn a_seat_that_stalls_is_skipped_or_forfeited_on_a_virtual_clock() {
 }
 
 /// A match and the bots that play it.
-struct Game {
-    referee: Referee,
-    players: Vec<Player>,
+pub(crate) struct Game {
+    pub(crate) referee: Referee,
+    pub(crate) players: Vec<Player>,
     records: Vec<RecordedEvent>,
 }
 
-struct Player {
+pub(crate) struct Player {
     bot: Box<dyn Bot + Send>,
     /// A copy of the view such as a client has.
-    view: View,
-    delta: Delta,
+    pub(crate) view: View,
+    pub(crate) delta: Delta,
 }
 
 impl Game {
-    fn new(loaded: Loaded, bots: &[&str]) -> Self {
+    pub(crate) fn new(loaded: Loaded, bots: &[&str]) -> Self {
         let seed = loaded.scenario.seed;
         let mut referee = Referee::new(loaded, ClockMode::Lockstep).unwrap();
         assert_eq!(referee.seats(), bots.len());
@@ -278,7 +243,7 @@ impl Game {
     }
 
     /// Plays a cycle; returns whether the match goes on.
-    fn step(&mut self) -> bool {
+    pub(crate) fn step(&mut self) -> bool {
         for (seat, player) in (0..).map(Seat).zip(&mut self.players) {
             let cycle = player.view.cycle();
             let commands = player.bot.on_cycle(&player.view, &player.delta);
@@ -322,22 +287,33 @@ fn play(loaded: Loaded, bots: &[&str]) -> Played {
     }
 }
 
+/// Gives commands at the start of the tiny match; returns when its owner is told that an object went another way, and
+/// with which velocity.
+fn motions(object: Handle, commands: &[Command]) -> Vec<(u32, f64, (f64, f64))> {
+    let mut game = Game::new(tiny("", &open()), &["idle", "idle"]);
+    let list = (0..).zip(commands.to_vec()).map(|(seq, command)| Sequenced { seq, command }).collect();
+    game.referee.handle_commands(Seat(0), Cycle(0), list).unwrap();
+    let mut motions = Vec::new();
+    for _ in 0..20 {
+        game.step();
+        let Delta { moved, stopped, results, .. } = &game.players[0].delta;
+        assert!(
+            results.iter().all(|result| matches!(result.outcome, Outcome::Applied { .. })),
+            "{results:?}"
+        );
+        let base = |at: &Base| (at.cycle.0, at.fraction, at.velocity.into());
+        motions.extend(moved.iter().filter(|moved| moved.object == object).map(|moved| base(&moved.base)));
+        let rest = |stopped: &Stopped| (stopped.cycle.0, stopped.fraction, (0.0, 0.0));
+        motions.extend(stopped.iter().filter(|stopped| stopped.object == object).map(rest));
+    }
+    motions
+}
+
 fn drain(referee: &mut Referee) {
     referee.take_records();
     for seat in [Seat(0), Seat(1)] {
         referee.take_delta(seat);
     }
-}
-
-/// Returns whether the object `seen` of a view is in sight of the object `eye` of another.
-fn is_in_sight(game: &Game, eye: (&View, Handle), seen: (&View, Handle)) -> bool {
-    let types = game.referee.rules().unit_types;
-    let [(from, eye_type), (to, seen_type)] = [eye, seen].map(|(view, handle)| {
-        let unit_type = view.object(handle).unwrap().unit_type;
-        (view.position(handle).unwrap(), types[usize::from(unit_type.0)].clone())
-    });
-    let reach = eye_type.radius + seen_type.radius + eye_type.sight;
-    from.distance_squared(to) <= reach * reach
 }
 
 /// The files of the repository.
@@ -349,17 +325,23 @@ impl Resolver for Disk {
     }
 }
 
-fn shipped(path: &str, seed: Option<u64>) -> Loaded {
+pub(crate) fn shipped(path: &str, seed: Option<u64>) -> Loaded {
     load(&Disk, path, None, seed).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Returns a match of two seats with three scouts each and 160 cycles.
-fn tiny(tables: &str, rows: &str) -> Loaded {
+pub(crate) fn tiny(tables: &str, rows: &str) -> Loaded {
+    scouts(tables, rows, &[3, 3])
+}
+
+/// Returns a match of 160 cycles with so many scouts of each seat.
+pub(crate) fn scouts(tables: &str, rows: &str, counts: &[usize]) -> Loaded {
+    let seats =
+        counts.iter().map(|count| format!("[[seat]]\ngroups = [{{ unit = 'scout', count = {count} }}]\n"));
     let scenario = format!(
         "name = 'tiny'\nmap = 'tiny.map'\nlength_seconds = 20\n{tables}\n[objective]\nkind = 'race'\nzone_size = 4\n\
-         [unit.scout]\nradius = 0.25\nspeed = 4\nsight = 3\n\
-         [[seat]]\ngroups = [{{ unit = 'scout', count = 3 }}]\n\
-         [[seat]]\ngroups = [{{ unit = 'scout', count = 3 }}]\n"
+         [unit.scout]\nradius = 0.25\nspeed = 4\nsight = 3\n{}",
+        seats.collect::<String>()
     );
     let (width, height) = (rows.lines().next().map_or(0, str::len), rows.lines().count());
     let map = format!("type octile\nheight {height}\nwidth {width}\nmap\n{rows}");
@@ -369,6 +351,6 @@ fn tiny(tables: &str, rows: &str) -> Loaded {
 }
 
 /// Returns the rows of an open map, 24 by 24.
-fn open() -> String {
+pub(crate) fn open() -> String {
     format!("{}\n", ".".repeat(24)).repeat(24)
 }

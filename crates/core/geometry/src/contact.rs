@@ -42,6 +42,8 @@ pub struct Window<S: Scalar = f64> {
 /// subtracted but in `c`, where that is harmless (Press et al., *Numerical Recipes*, 3rd ed., §5.6, with the
 /// discriminant in its cross-product form).
 #[doc(alias = "time_of_impact")]
+#[doc(alias = "contact")]
+#[doc(alias = "impact")]
 #[must_use]
 pub fn circle_contact<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Window<S>) -> Option<S> {
     let Window { from, to, skin } = window;

@@ -27,6 +27,7 @@ const SPHERES_A_BAND_MIN: usize = 2048;
 const ROUNDING: f64 = 1.0 + 1.0 / 1024.0;
 
 /// Rows of sectors of one level, and the spheres in them, row by row and sector by sector.
+#[doc(alias = "grid cell")]
 #[derive(Clone, Debug)]
 pub(crate) struct Band {
     pub(crate) level: usize,

@@ -10,6 +10,7 @@ const NONE: u32 = u32::MAX;
 /// The components in which something may happen: a collision, a turn, or an end so close to something that it has to
 /// be certified. In all others everybody goes straight on, and nothing is done for them.
 #[derive(Clone, Debug)]
+#[doc(alias = "island")]
 pub(crate) struct Components<S: Scalar> {
     /// For each node another one of its component, nearer to the root, which is its own parent.
     parents: Vec<u32>,

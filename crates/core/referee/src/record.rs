@@ -5,6 +5,7 @@ use maniple_view::{Digest, MatchResult, Seat, Sequenced};
 use thiserror::Error;
 
 /// Something that happened in a match, in the order in which it did.
+#[doc(alias = "demo")]
 #[derive(Clone, Debug, PartialEq)]
 pub enum RecordedEvent {
     /// A player came to a seat for the first time.

@@ -20,6 +20,7 @@ use crate::seat::{Batch, FloodError, JoinError, SeatState, check_name};
 ///
 /// A seat's delta is there after [`Referee::new`], after a join and after each step, and has to be taken with
 /// [`Referee::take_delta`] before the next step; so have the records.
+#[doc(alias = "engine")]
 pub struct Referee {
     loaded: Arc<Loaded>,
     mode: ClockMode,
@@ -41,7 +42,8 @@ impl Referee {
         let scenario = &loaded.scenario;
         let cycle_length = Duration::from_secs_f64(1.0 / scenario.rate);
         let banks = Banks::new(scenario.seats.len(), scenario.clock.time_bank, cycle_length);
-        let seats = (0..).map(|seat| SeatState::new(Seat(seat))).take(scenario.seats.len()).collect();
+        let skin = world.kinematics().skin();
+        let seats = (0..).map(|seat| SeatState::new(Seat(seat), skin)).take(scenario.seats.len()).collect();
         let mut referee = Self { loaded, mode, world, seats, banks, records: Vec::new(), result: None };
         referee.tell(vec![Vec::new(); referee.seats.len()]);
         referee.record_hash();

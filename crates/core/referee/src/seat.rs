@@ -50,11 +50,12 @@ pub(crate) struct SeatState {
 }
 
 impl SeatState {
-    pub(crate) fn new(seat: Seat) -> Self {
+    /// Returns the seat before anybody has come; `skin` is the world's, in world units.
+    pub(crate) fn new(seat: Seat, skin: f64) -> Self {
         Self {
             name: String::new(),
             is_connected: false,
-            tracker: Tracker::new(seat),
+            tracker: Tracker::new(seat, skin),
             delta: None,
             batches: Vec::new(),
             queued: 0,

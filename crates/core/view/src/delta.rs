@@ -53,13 +53,13 @@ pub struct Appeared {
     pub queued: Option<u32>,
 }
 
-/// An object in sight that took up another motion.
+/// An object in sight that took up another motion: of others, one that is seen to be another; see [`Base::predicts`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Moved {
     /// The object.
     pub object: Handle,
-    /// Its motion, from its start.
+    /// Its motion from its start, or, where that is not to be seen, from this cycle.
     pub base: Base,
 }
 

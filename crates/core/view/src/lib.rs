@@ -9,7 +9,7 @@ mod rules;
 mod tracker;
 mod view;
 
-pub use base::Base;
+pub use base::{Base, DEVIATION_SKINS_MAX};
 pub use command::{COMMANDS_A_CYCLE_MAX, Command, Sequenced, Start, WAYPOINTS_MAX, Waypoint};
 pub use delta::{Appeared, Changed, Delta, Moved, Stopped};
 pub use identity::{Digest, Handle, Seat, UnitTypeId};

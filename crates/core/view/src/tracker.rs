@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use maniple_geometry::{Cycle, ObjectId};
 
-use crate::base::Base;
+use crate::base::{Base, DEVIATION_SKINS_MAX};
 use crate::delta::{Appeared, Changed, Delta, Moved, Stopped};
 use crate::identity::{Handle, Seat, UnitTypeId};
 use crate::outcome::{CommandResult, StopReason};
@@ -48,17 +48,22 @@ pub struct Sighting {
 #[derive(Clone, Copy, Debug)]
 struct Tracked {
     handle: Handle,
-    /// The true base that the seat was told of or that lies behind a refreshed one.
-    base: Base,
+    /// Its true motion when it was last seen.
+    truth: Base,
+    /// The base in the view.
+    told: Base,
     queued: u32,
 }
 
 /// The server's side of one seat's view: gives handles, and turns sightings into deltas.
 ///
-/// Nothing but the seat's own sightings goes in, so nothing else can come out.
+/// Nothing but the seat's own sightings goes in, so nothing else can come out. Of objects of other seats it tells only
+/// what is to be seen: an order that keeps to its line and speed starts a new motion in the world, and none in the view.
 #[derive(Debug)]
 pub struct Tracker {
     seat: Seat,
+    /// World units.
+    deviation_max: f64,
     next_handle: u32,
     tracked: BTreeMap<ObjectId, Tracked>,
     own: BTreeMap<Handle, ObjectId>,
@@ -66,10 +71,17 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Returns the tracker of a seat that has seen nothing yet.
+    /// Returns the tracker of a seat that has seen nothing yet, in a world with this skin, in world units.
     #[must_use]
-    pub fn new(seat: Seat) -> Self {
-        Self { seat, next_handle: 0, tracked: BTreeMap::new(), own: BTreeMap::new(), view: View::new() }
+    pub fn new(seat: Seat, skin: f64) -> Self {
+        Self {
+            seat,
+            deviation_max: DEVIATION_SKINS_MAX * skin,
+            next_handle: 0,
+            tracked: BTreeMap::new(),
+            own: BTreeMap::new(),
+            view: View::new(),
+        }
     }
 
     /// Takes all that the seat sees at the start of `cycle`, and who of the objects in its view died in sight;
@@ -85,7 +97,7 @@ impl Tracker {
         self.forget(sightings, died, &mut delta);
         self.appear(cycle, sightings, &mut delta);
         for sighting in sightings {
-            self.follow(sighting, &mut delta);
+            self.follow(cycle, sighting, &mut delta);
         }
         delta.moved.sort_by_key(|moved| moved.object);
         delta.stopped.sort_by_key(|stopped| stopped.object);
@@ -160,7 +172,7 @@ impl Tracker {
             if own {
                 self.own.insert(handle, sighting.object);
             }
-            let tracked = Tracked { handle, base: sighting.base, queued: sighting.queued };
+            let tracked = Tracked { handle, truth: sighting.base, told: base, queued: sighting.queued };
             self.tracked.insert(sighting.object, tracked);
             delta.appeared.push(Appeared {
                 object: handle,
@@ -173,7 +185,7 @@ impl Tracker {
     }
 
     /// Newcomers are up to date already, so nothing differs for them.
-    fn follow(&mut self, sighting: &Sighting, delta: &mut Delta) {
+    fn follow(&mut self, cycle: Cycle, sighting: &Sighting, delta: &mut Delta) {
         let own = sighting.owner == self.seat;
         let other = match sighting.stop {
             Some(Stop::Object(other)) => self.tracked.get(&other).map(|tracked| tracked.handle),
@@ -181,20 +193,40 @@ impl Tracker {
         };
         let Some(tracked) = self.tracked.get_mut(&sighting.object) else { return };
         let object = tracked.handle;
-        if tracked.base != sighting.base {
-            tracked.base = sighting.base;
-            if sighting.base.is_moving() {
-                delta.moved.push(Moved { object, base: sighting.base });
+        if let Some(base) = tracked.news(cycle, sighting, self.seat, self.deviation_max) {
+            tracked.told = base;
+            if base.is_moving() {
+                delta.moved.push(Moved { object, base });
             } else {
-                let Base { point, cycle, fraction, .. } = sighting.base;
+                let Base { point, cycle, fraction, .. } = base;
                 let reason = if own { sighting.stop.map(|stop| told(stop, other)) } else { None };
                 delta.stopped.push(Stopped { object, point, cycle, fraction, reason });
             }
         }
+        tracked.truth = sighting.base;
         if own && tracked.queued != sighting.queued {
             tracked.queued = sighting.queued;
             delta.changed.push(Changed { object, queued: sighting.queued });
         }
+    }
+}
+
+impl Tracked {
+    /// Returns the base that the seat has to be told of; `None` while the one in its view does.
+    ///
+    /// A seat gave the orders of its own objects, so it is told of every new motion. Of others it is told where the
+    /// view would show something else. If that is not because of an event in the last cycle but has added up, the base
+    /// is a fresh one: when the motion began is not to be seen.
+    fn news(&self, cycle: Cycle, sighting: &Sighting, seat: Seat, deviation_max: f64) -> Option<Base> {
+        let truth = sighting.base;
+        let is_new = truth != self.truth;
+        if sighting.owner == seat {
+            return is_new.then_some(truth);
+        }
+        if self.told == truth || self.told.predicts(&truth, cycle, deviation_max) {
+            return None;
+        }
+        Some(if is_new { truth } else { truth.refreshed(cycle) })
     }
 }
 
@@ -205,5 +237,73 @@ fn told(stop: Stop, other: Option<Handle>) -> StopReason {
         Stop::Object(_) => StopReason::Object { other },
         Stop::Segment => StopReason::Segment,
         Stop::Edge => StopReason::Edge,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+
+    use super::*;
+
+    const SKIN: f64 = 1.0 / (1u64 << 40) as f64;
+
+    #[test]
+    fn a_deviation_that_adds_up_is_told_by_a_fresh_base_before_it_is_too_large() {
+        let deviation_max = DEVIATION_SKINS_MAX * SKIN;
+        let old = base(DVec2::new(1.0, 1.0), 0, 0.0, DVec2::new(0.5, 0.25));
+        let point = old.point + old.velocity * 4.5;
+        let new = base(point, 4, 0.5, old.velocity + DVec2::new(deviation_max / 10.0, 0.0));
+        let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN), View::new());
+        let mut told = Vec::new();
+        for cycle in 1..40 {
+            let truth = if cycle < 5 { old } else { new };
+            let delta = tracker.update(Cycle(cycle), &[sighting(Seat(1), truth)], &[], vec![]);
+            client.apply(&delta).unwrap();
+            assert_eq!(&client, tracker.view());
+            let aside = client.position(Handle(0)).unwrap().distance(truth.position(Cycle(cycle)));
+            assert!(aside <= deviation_max, "cycle {cycle}: {aside}");
+            for moved in delta.moved {
+                assert_eq!(moved.base, new.refreshed(Cycle(cycle)));
+                told.push(cycle);
+            }
+        }
+        // The new motion began half a cycle before cycle 5, so ten of its cycles are over after cycle 14.
+        assert_eq!(told, [14]);
+    }
+
+    #[test]
+    fn a_seat_is_told_of_each_motion_of_its_own_and_of_others_only_where_it_shows() {
+        let old = base(DVec2::new(1.0, 1.0), 0, 0.0, DVec2::X);
+        let renewed = base(DVec2::new(3.5, 1.0), 2, 0.5, DVec2::X);
+        let at_rest = base(DVec2::new(2.0, 2.0), 1, 0.0, DVec2::ZERO);
+        let bumped = base(DVec2::new(2.0, 2.0), 2, 0.25, DVec2::ZERO);
+        for (owner, expected) in [(Seat(0), (1, 1)), (Seat(1), (0, 0))] {
+            let mut told = (0, 0);
+            for (before, after) in [(old, renewed), (at_rest, bumped)] {
+                let mut tracker = Tracker::new(Seat(0), SKIN);
+                tracker.update(Cycle(2), &[sighting(owner, before)], &[], vec![]);
+                let delta = tracker.update(Cycle(3), &[sighting(owner, after)], &[], vec![]);
+                told.0 += delta.moved.len();
+                told.1 += delta.stopped.len();
+            }
+            assert_eq!(told, expected, "{owner}");
+        }
+    }
+
+    fn base(point: DVec2, cycle: u32, fraction: f64, velocity: DVec2) -> Base {
+        Base { point, cycle: Cycle(cycle), fraction, velocity }
+    }
+
+    fn sighting(owner: Seat, base: Base) -> Sighting {
+        Sighting {
+            object: ObjectId(7),
+            unit_type: UnitTypeId(0),
+            owner,
+            layers: 1,
+            base,
+            stop: None,
+            queued: 0,
+        }
     }
 }

@@ -1,0 +1,294 @@
+//! What a seat is told, and what not: sight, orders of others, and worlds that differ only where it cannot see.
+
+use glam::DVec2;
+use maniple_geometry::Cycle;
+use maniple_protocol::{Encoding, ServerMessage, encode_server};
+use maniple_view::{
+    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, View, Waypoint,
+};
+
+use crate::matches::{Game, open, scouts, shipped, tiny};
+
+#[test]
+fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
+    let mut game = Game::new(shipped("config/scenarios/diamond.toml", None), &["straight", "random"]);
+    let deviation_max = DEVIATION_SKINS_MAX * game.referee.rules().skin;
+    let (mut seen_most, mut hidden_most) = (0, 0);
+    while game.step() {
+        let [a, b] = [Seat(0), Seat(1)].map(|seat| (seat, &game.players[seat.index()].view));
+        for ((seat, view), (other_seat, other)) in [(a, b), (b, a)] {
+            let foreign = view.objects_of(other_seat).count();
+            let expected = other.objects_of(other_seat).filter(|&(handle, _)| {
+                view.objects_of(seat).any(|(own, _)| is_in_sight(&game, (view, own), (other, handle)))
+            });
+            assert_eq!(foreign, expected.count(), "cycle {} seat {seat}", view.cycle());
+            for (handle, _) in view.objects_of(other_seat) {
+                let seen = view.position(handle).unwrap();
+                let mut truths = other.objects_of(other_seat).map(|(own, _)| other.position(own).unwrap());
+                assert!(truths.any(|truth| truth.distance(seen) <= deviation_max), "cycle {}", view.cycle());
+            }
+            seen_most = seen_most.max(foreign);
+            hidden_most = hidden_most.max(other.objects_of(other_seat).count() - foreign);
+        }
+    }
+    assert!(seen_most > 4 && hidden_most > 4, "{seen_most} {hidden_most}");
+}
+
+#[test]
+fn worlds_that_differ_only_out_of_sight_are_told_byte_for_byte_alike() {
+    let [mut quiet, mut busy] = [3, 4].map(Story::new);
+    let (mut appeared, mut vanished, mut died) = (0, 0, 0);
+    for cycle in 0..130 {
+        quiet.play(&told_story(cycle));
+        busy.play(&[told_story(cycle), busy.hidden_story(cycle)].concat());
+        let delta = &quiet.game.players[0].delta;
+        for encoding in [Encoding::Json, Encoding::Binary] {
+            let [a, b] = [&quiet, &busy].map(|story| {
+                encode_server(encoding, &ServerMessage::Delta(story.game.players[0].delta.clone())).unwrap()
+            });
+            assert!(a == b, "cycle {cycle}: {delta:?} {:?}", busy.game.players[0].delta);
+        }
+        assert_ne!(quiet.game.referee.hash(), busy.game.referee.hash());
+        let refused = Outcome::Refused { reason: Refusal::UnknownHandle };
+        let refusals = delta.results.iter().filter(|result| result.outcome == refused).count();
+        assert_eq!(refusals, 2 * FOREIGN.count(), "cycle {cycle}");
+        appeared += delta.appeared.len();
+        vanished += delta.vanished.len();
+        died += delta.died.len();
+    }
+    assert_eq!(
+        (appeared, vanished, died),
+        (3, 2, 1),
+        "twice the one, who left twice, and once the other, who died"
+    );
+}
+
+#[test]
+fn an_order_that_changes_nothing_to_be_seen_is_not_told_to_others() {
+    let check = |command: &dyn Fn(Handle) -> Command| {
+        let mut game = Game::new(tiny("", &open()), &["idle", "idle"]);
+        let quiet =
+            |delta: &Delta| delta.moved.is_empty() && delta.stopped.is_empty() && delta.changed.is_empty();
+        let (object, _) = game.players[0].view.objects_of(Seat(0)).next().unwrap();
+        let command = command(object);
+        for _ in 0..3 {
+            let cycle = game.referee.cycle();
+            let list = vec![Sequenced { seq: 1, command: command.clone() }];
+            game.referee.handle_commands(Seat(0), cycle, list).unwrap();
+            game.step();
+            assert!(
+                matches!(game.players[0].delta.results[0].outcome, Outcome::Applied { .. }),
+                "{command:?}"
+            );
+            assert!(quiet(&game.players[1].delta), "{command:?}: {:?}", game.players[1].delta);
+        }
+    };
+    let go = |object, s, cycle| Command::Move {
+        object,
+        x: 12.0,
+        y: 12.0,
+        s,
+        queue: false,
+        start: Some((Cycle(cycle), 0.5)),
+    };
+    check(&|object| Command::Stop { object });
+    check(&|object| go(object, Some(0.0), 2));
+    check(&|object| go(object, None, 20));
+    check(&|object| Command::Path { object, points: vec![(3.0, 3.0, None)], start: Some((Cycle(9), 0.0)) });
+}
+
+#[test]
+fn an_order_that_keeps_to_its_line_is_not_told_to_others() {
+    let check = |case: &str, plain: &[(u32, Command)], other: &[(u32, Command)]| {
+        let [plain, other] = [plain, other].map(|orders| told_of(orders, 120));
+        assert_eq!(plain, other, "{case}");
+    };
+    for (x, y) in [(START.0, START.1 - 9.0), (15.4, 8.6), (11.1, 16.2)] {
+        let on = |part: f64| (START.0 + part * (x - START.0), START.1 + part * (y - START.1));
+        let plain = [(0, go(on(1.0)))];
+        check("a farther goal", &plain, &[(0, go(on(0.5))), (3, go(on(1.0)))]);
+        let points = [0.25, 0.5, 1.0].map(|part| (on(part).0, on(part).1, None)).to_vec();
+        check("waypoints on the way", &plain, &[(0, Command::Path { object: RUNNER, points, start: None })]);
+        let renewed: Vec<(u32, Command)> = (0..10).map(|cycle| (cycle, go(on(1.0)))).collect();
+        check("an order a cycle", &plain, &renewed);
+    }
+    check("rest at its own place", &[], &[(2, go(START))]);
+    let into = go(NEIGHBOUR);
+    let bumped = [(0, into.clone())];
+    assert!(told_of(&bumped, 120).len() <= 2, "it stops at its neighbour");
+    check("refused at once", &bumped, &[(0, into.clone()), (20, into.clone()), (21, into)]);
+}
+
+#[test]
+fn an_order_that_leaves_its_line_or_speed_is_told_at_once() {
+    let (x, y) = (START.0, START.1 - 9.0);
+    let slower = |s| Command::Move { object: RUNNER, x, y, s: Some(s), queue: false, start: None };
+    for (case, other) in [
+        ("aside", go((x + 1e-6, y))),
+        ("back", go(START)),
+        ("slower", slower(0.4999)),
+        ("halt", Command::Stop { object: RUNNER }),
+    ] {
+        let told = told_of(&[(0, go((x, y))), (5, other)], 6);
+        assert_eq!(told.iter().map(|&(cycle, ..)| cycle).collect::<Vec<u32>>(), [1, 6], "{case}");
+    }
+}
+
+/// The unit of seat 0 in the tiny match that has open ground before it.
+const RUNNER: Handle = Handle(3);
+
+/// Where it starts.
+const START: (f64, f64) = (19.5, 17.9375);
+
+/// Where its neighbour stands.
+const NEIGHBOUR: (f64, f64) = (19.5, 18.5);
+
+fn go((x, y): (f64, f64)) -> Command {
+    Command::Move { object: RUNNER, x, y, s: None, queue: false, start: None }
+}
+
+/// Plays so many cycles of the tiny match with these orders of seat 0, each in its cycle; returns when seat 1 was told
+/// that something moved, and what stopped where.
+fn told_of(orders: &[(u32, Command)], cycles: u32) -> Vec<(u32, usize, Vec<DVec2>)> {
+    let mut game = Game::new(tiny("", &open()), &["idle", "idle"]);
+    let view = &game.players[0].view;
+    assert_eq!(view.position(RUNNER), Some(DVec2::from(START)));
+    assert!(view.objects_of(Seat(0)).any(|(_, seen)| seen.base.point == DVec2::from(NEIGHBOUR)));
+    let mut told = Vec::new();
+    for cycle in 0..cycles {
+        let commands = orders.iter().filter(|(when, _)| *when == cycle).map(|(_, command)| command.clone());
+        let list: Vec<Sequenced> =
+            (0..).zip(commands).map(|(seq, command)| Sequenced { seq, command }).collect();
+        game.referee.handle_commands(Seat(0), Cycle(cycle), list).unwrap();
+        game.step();
+        let results = &game.players[0].delta.results;
+        assert!(
+            results.iter().all(|result| matches!(result.outcome, Outcome::Applied { .. })),
+            "{results:?}"
+        );
+        let Delta { moved, stopped, .. } = &game.players[1].delta;
+        if !moved.is_empty() || !stopped.is_empty() {
+            told.push((cycle + 1, moved.len(), stopped.iter().map(|stopped| stopped.point).collect()));
+        }
+    }
+    told
+}
+
+/// A match of three seats in fog on a map 60 wide. Seat 0 stands at x = 36 from cycle 33 on and sees as far as x = 40.
+struct Story {
+    game: Game,
+    /// The units of each seat, and where they started.
+    units: Vec<Vec<(Handle, (f64, f64))>>,
+}
+
+/// A seat, where its unit started, and the goals to which it goes; without goals the seat resigns.
+type Line = (Seat, (f64, f64), Vec<(f64, f64)>);
+
+/// The unit of seat 0 that sees the others.
+const WATCHER: (f64, f64) = (19.5, 4.5);
+
+/// The unit of seat 1 that comes, goes, comes again, bumps into the watcher, and is left.
+const HERALD: (f64, f64) = (58.9375, 1.0625);
+
+/// The unit of seat 2 that comes and dies.
+const VISITOR: (f64, f64) = (41.5, 6.9375);
+
+/// Handles that never are those of the seat's own units: of objects that are seen, were seen, are dead, or never were.
+const FOREIGN: std::ops::Range<u32> = 2..12;
+
+impl Story {
+    /// Returns the match at its start; seat 2 has so many units.
+    fn new(count: usize) -> Self {
+        let plain = format!("{}\n", ".".repeat(60)).repeat(8);
+        let game = Game::new(scouts("[vision]", &plain, &[2, 5, count]), &["idle"; 3]);
+        let start = |(handle, seen): (Handle, &Seen)| (handle, seen.base.point.into());
+        let units = game.players.iter().map(|player| player.view.objects().map(start).collect()).collect();
+        Self { game, units }
+    }
+
+    /// Plays a cycle in which seat 0 also gives orders to whatever is not its own.
+    fn play(&mut self, lines: &[Line]) {
+        let mut commands = vec![Vec::new(); 3];
+        for (seat, start, goals) in lines {
+            let units = &self.units[seat.index()];
+            let (object, _) = *units.iter().find(|(_, point)| point == start).expect("a unit started there");
+            let points: Vec<Waypoint> = goals.iter().map(|&(x, y)| (x, y, None)).collect();
+            let path = Command::Path { object, points, start: None };
+            commands[seat.index()].push(if goals.is_empty() { Command::Resign } else { path });
+        }
+        for object in FOREIGN.map(Handle) {
+            let (x, y) = (f64::NAN, -1.0);
+            commands[0].push(Command::Move { object, x, y, s: None, queue: false, start: None });
+            commands[0].push(Command::Stop { object });
+        }
+        for (seat, commands) in (0..).map(Seat).zip(commands) {
+            let list = (0..).zip(commands).map(|(seq, command)| Sequenced { seq, command }).collect();
+            self.game.referee.handle_commands(seat, self.game.referee.cycle(), list).unwrap();
+        }
+        assert!(self.game.step());
+        for player in &self.game.players[1..] {
+            let results = &player.delta.results;
+            assert!(
+                results.iter().all(|result| matches!(result.outcome, Outcome::Applied { .. })),
+                "{results:?}"
+            );
+        }
+    }
+
+    /// Returns what else is done where seat 0 cannot see it, or so that it cannot.
+    fn hidden_story(&self, cycle: u32) -> Vec<Line> {
+        let mut lines = Vec::new();
+        let mut roam = |seat: Seat, but: (f64, f64), (x, y): (f64, f64), (width, height): (u32, u32)| {
+            for (index, &(_, start)) in
+                (0..).zip(&self.units[seat.index()]).filter(|(_, (_, start))| *start != but)
+            {
+                let [across, down] =
+                    [(width, 3), (height, 7)].map(|(size, by)| f64::from((cycle * by + index) % size));
+                lines.push((seat, start, vec![(x + across, y + down)]));
+            }
+        };
+        if cycle % 4 == 2 && (30..).contains(&cycle) {
+            roam(Seat(1), HERALD, (50.5, 0.5), (9, 7));
+        }
+        if cycle % 4 == 2 && (10..100).contains(&cycle) {
+            roam(Seat(2), VISITOR, (44.5, 6.5), (5, 2));
+        }
+        let herald = |goals: &[(f64, f64)]| (Seat(1), HERALD, goals.to_vec());
+        match cycle {
+            45..50 | 52..60 => lines.push(herald(&[(36.0, 3.0)])),
+            80 => lines.push(herald(&[(40.0, 3.0), (38.0, 3.0), (37.0, 3.0), (36.0, 3.0)])),
+            110..115 => lines.push(herald(&[(36.0, 4.25)])),
+            _ => {}
+        }
+        lines
+    }
+}
+
+/// Returns what is done in a cycle in each of the worlds.
+fn told_story(cycle: u32) -> Vec<Line> {
+    let herald = |goals: &[(f64, f64)]| (Seat(1), HERALD, goals.to_vec());
+    match cycle {
+        0 => vec![
+            (Seat(0), WATCHER, vec![(36.0, 4.5)]),
+            (Seat(2), VISITOR, vec![(41.5, 5.5), (38.0, 5.5)]),
+            herald(&[(58.9375, 3.0), (52.0, 3.0), (36.0, 3.0)]),
+        ],
+        60 => vec![herald(&[(44.0, 3.0)])],
+        80 => vec![herald(&[(36.0, 3.0)])],
+        100 => vec![(Seat(2), VISITOR, Vec::new())],
+        105 => vec![herald(&[(36.0, 4.25)])],
+        115 => vec![(Seat(0), WATCHER, vec![(28.0, 4.5)])],
+        _ => Vec::new(),
+    }
+}
+
+/// Returns whether the object `seen` of a view is in sight of the object `eye` of another.
+fn is_in_sight(game: &Game, eye: (&View, Handle), seen: (&View, Handle)) -> bool {
+    let types = game.referee.rules().unit_types;
+    let [(from, eye_type), (to, seen_type)] = [eye, seen].map(|(view, handle)| {
+        let unit_type = view.object(handle).unwrap().unit_type;
+        (view.position(handle).unwrap(), types[usize::from(unit_type.0)].clone())
+    });
+    let reach = eye_type.radius + seen_type.radius + eye_type.sight;
+    from.distance_squared(to) <= reach * reach
+}
