@@ -37,7 +37,7 @@ struct Arguments {
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "0.05,0.25")]
     #[arg(value_parser = density)]
     density: Vec<f64>,
-    /// Engines, separated by commas; all where none is named.
+    /// Engines, separated by commas; all but box2d-bullets where none is named.
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     engine: Vec<Kind>,
     /// Timed cycles on each scene.

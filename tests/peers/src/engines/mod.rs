@@ -1,5 +1,7 @@
 //! The engines, each behind the same three calls.
 
+#[cfg(feature = "box2d")]
+mod box2d;
 mod brute;
 mod maniple;
 mod rapier;
@@ -37,19 +39,35 @@ pub(crate) enum Kind {
     Maniple,
     /// rapier2d with continuous collision on.
     Rapier,
+    /// Box2D with continuous collision on, which is for moving against static only.
+    #[cfg(feature = "box2d")]
+    Box2d,
+    /// Box2D with every circle a bullet: continuous collision between moving circles, too. Not run unless named.
+    #[cfg(feature = "box2d")]
+    Box2dBullets,
     /// All pairs, exact stops.
     Brute,
 }
 
 impl Kind {
     /// The engines that run unless others are named.
-    pub(crate) const DEFAULT: &[Self] = &[Self::Maniple, Self::Rapier, Self::Brute];
+    pub(crate) const DEFAULT: &[Self] = &[
+        Self::Maniple,
+        Self::Rapier,
+        #[cfg(feature = "box2d")]
+        Self::Box2d,
+        Self::Brute,
+    ];
 
     /// Returns the engine with the scene in it, everybody at rest.
     pub(crate) fn build(self, scene: &Scene) -> Box<dyn Engine> {
         match self {
             Self::Maniple => Box::new(maniple::Maniple::new(scene)),
             Self::Rapier => Box::new(rapier::Rapier::new(scene)),
+            #[cfg(feature = "box2d")]
+            Self::Box2d => Box::new(box2d::Box2d::new(scene, box2d::Continuous::AgainstWalls)),
+            #[cfg(feature = "box2d")]
+            Self::Box2dBullets => Box::new(box2d::Box2d::new(scene, box2d::Continuous::AgainstAll)),
             Self::Brute => Box::new(brute::Brute::new(scene)),
         }
     }
