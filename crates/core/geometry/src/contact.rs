@@ -52,11 +52,7 @@ pub fn circle_contact<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Windo
         return None;
     }
     let d = offset(a.piece, b.piece, from);
-    let reach = a.radius + b.radius + skin;
-    if is_far(d, w * (to - from), reach + skin) {
-        return None;
-    }
-    enters(a, b, window).then(|| bounded(from + entry(d, w, reach), to))
+    enters(a, b, window).then(|| bounded(from + entry(d, w, a.radius + b.radius + skin), to))
 }
 
 /// Returns when a moving circle collides with a segment in a window in which the piece holds, as a fraction of the
@@ -107,14 +103,29 @@ pub fn is_advancing<S: Scalar>(first: &Piece<S>, second: &Piece<S>, time: S) -> 
 ///
 /// They do if they approach, their lines cross, and either the nearest point of the lines lies in the window or they
 /// overlap at its end.
+#[inline]
 fn enters<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Window<S>) -> bool {
+    let Window { from, to, .. } = window;
     let radii = (a.radius.to_f64(), b.radius.to_f64());
-    let before = Pair::new(a.piece.anchored(window.from), b.piece.anchored(window.from), radii);
+    if !a.piece.ends_in_goal(to) && !b.piece.ends_in_goal(to) {
+        let before = Pair::new(a.piece.on_line(from), b.piece.on_line(from), radii);
+        if let Some(enters) = before.enters_plainly((to - from).to_f64()) {
+            return enters;
+        }
+    }
+    enters_exactly(a, b, (from, to))
+}
+
+#[cold]
+#[inline(never)]
+fn enters_exactly<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, (from, to): (S, S)) -> bool {
+    let radii = (a.radius.to_f64(), b.radius.to_f64());
+    let before = Pair::new(a.piece.anchored(from), b.piece.anchored(from), radii);
     if before.approach_sign() != Ordering::Less || before.crossing_sign() != Ordering::Greater {
         return false;
     }
-    let on_lines = Pair::new(a.piece.on_line(window.to), b.piece.on_line(window.to), radii);
-    let after = Pair::new(a.piece.anchored(window.to), b.piece.anchored(window.to), radii);
+    let on_lines = Pair::new(a.piece.on_line(to), b.piece.on_line(to), radii);
+    let after = Pair::new(a.piece.anchored(to), b.piece.anchored(to), radii);
     on_lines.approach_sign() != Ordering::Less || after.gap_sign() == Ordering::Less
 }
 
@@ -192,16 +203,6 @@ fn is_approaching<S: Scalar>(start: S::Vector, velocity: S::Vector, segment: &Se
 
 fn offset<S: Scalar>(a: &Piece<S>, b: &Piece<S>, time: S) -> S::Vector {
     b.position(time) - a.position(time)
-}
-
-/// Whether a way from `d` along `way` stays further than `reach` from the origin, by its bounding box: a cheap
-/// test that spares the exact ones.
-fn is_far<S: Scalar>(d: S::Vector, way: S::Vector, reach: S) -> bool {
-    let clear = |from: S, step: S| {
-        let to = from + step;
-        from.lesser(to) > reach || -from.greater(to) > reach
-    };
-    clear(d.x(), way.x()) || clear(d.y(), way.y())
 }
 
 /// Whether the boxes of a way and of a segment are further apart than `reach`.

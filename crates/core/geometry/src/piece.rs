@@ -31,6 +31,7 @@ impl<S: Scalar> Piece<S> {
     }
 
     /// Returns the centre at a time within the piece, rounded; exactly the goal at the end.
+    #[inline]
     #[must_use]
     pub fn position(&self, time: S) -> S::Vector {
         match self.goal {
@@ -38,6 +39,11 @@ impl<S: Scalar> Piece<S> {
             Some(_) | None if time <= self.since => self.point,
             Some(_) | None => (self.point + self.velocity * (time - self.since)).flushed(),
         }
+    }
+
+    /// Returns whether the piece has come to its end in a goal at a time, so that it is there and not on the line.
+    pub(crate) fn ends_in_goal(&self, time: S) -> bool {
+        self.goal.is_some() && time >= self.until
     }
 
     /// Returns the place at a time without rounding: on the line, or in the goal at the end.

@@ -10,6 +10,7 @@ use crate::batch::Batch;
 use crate::lanes::Lanes;
 use crate::sphere::MotionSphere;
 use crate::squares::Squares;
+use crate::state::Tag;
 
 /// How many times smaller the largest sphere of a level is than that of the level above.
 const LEVEL_STEP: f32 = 4.0;
@@ -41,8 +42,8 @@ pub(crate) struct Band {
     /// For each sector where its spheres begin; one more for the end.
     starts: Vec<u32>,
     lanes: Lanes,
-    /// For each sphere the slot of its object.
-    pub(crate) slots: Vec<u32>,
+    /// For each sphere the tag of its object.
+    pub(crate) tags: Vec<Tag>,
 }
 
 /// Some of the spheres of a band that lie one behind the other.
@@ -52,18 +53,6 @@ pub(crate) struct Span {
     pub(crate) band: usize,
     pub(crate) from: u32,
     pub(crate) to: u32,
-}
-
-/// A sector and half of what lies around it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Neighbourhood {
-    /// The sector.
-    pub(crate) own: Span,
-    /// The sector and the one to its right.
-    pub(crate) right: Span,
-    /// Further spans, the first `count` of which count.
-    pub(crate) others: [Span; 3],
-    pub(crate) count: usize,
 }
 
 /// The spheres of a cycle, in sectors.
@@ -87,10 +76,17 @@ impl Bands {
         self.all().partition_point(|band| band.base <= node) - 1
     }
 
-    /// Returns the slot of the object of a sphere.
-    pub(crate) fn slot_of(&self, node: u32) -> u32 {
-        let band = &self.all()[self.band_of(node)];
-        band.slots[(node - band.base) as usize]
+    /// Returns the tag of the object of a sphere; quick where the sphere is in the band that is guessed.
+    #[inline]
+    pub(crate) fn tag_of(&self, node: u32, guess: usize) -> Tag {
+        let guessed = &self.bands[guess];
+        match guessed.tags.get(node.wrapping_sub(guessed.base) as usize) {
+            Some(&tag) => tag,
+            None => {
+                let band = &self.all()[self.band_of(node)];
+                band.tags[(node - band.base) as usize]
+            }
+        }
     }
 
     /// Puts the spheres of all batches into sectors, for so many threads.
@@ -105,7 +101,7 @@ impl Bands {
         let mut base = 0;
         for band in &mut bands[..*used] {
             band.base = base;
-            base += u32::try_from(band.slots.len()).expect("objects have u32 ids");
+            base += u32::try_from(band.tags.len()).expect("objects have u32 ids");
         }
     }
 
@@ -164,37 +160,10 @@ impl Bands {
         place.expect("the bands of a level hold all its rows")
     }
 
-    /// Returns the later half of the neighbourhood of a sector: its own spheres, those up to the end of the sector to
-    /// the right, and those of the three sectors in the next row. So each pair of neighbouring sectors comes up once.
-    /// `None` where the sector is empty.
-    #[inline(always)]
-    pub(crate) fn neighbourhood(&self, band: usize, row: u32, column: u32) -> Option<Neighbourhood> {
-        let this = &self.bands[band];
-        let own = this.span(band, row, (column, column));
-        if own.from == own.to {
-            return None;
-        }
-        let last = this.squares.columns() - 1;
-        let next_row = (row + 1) & (this.squares.rows() - 1);
-        let below = self.band_with_row(band, next_row);
-        let left = column.saturating_sub(1);
-        let right = if column < last { column + 1 } else { last };
-        let span_below = |columns| self.bands[below].span(below, next_row, columns);
-        let mut near = Neighbourhood {
-            own,
-            right: this.span(band, row, (column, right)),
-            others: [span_below((left, right)); 3],
-            count: 1,
-        };
-        if column == last {
-            near.others[1] = this.span(band, row, (0, 0));
-            near.others[2] = span_below((0, 0));
-            near.count = 3;
-        } else if column == 0 {
-            near.others[1] = span_below((last, last));
-            near.count = 2;
-        }
-        Some(near)
+    /// Returns the band that holds the row below a row of another band, of the same level, and which row that is.
+    pub(crate) fn below(&self, band: usize, row: u32) -> (usize, u32) {
+        let next = (row + 1) & (self.bands[band].squares.rows() - 1);
+        (self.band_with_row(band, next), next)
     }
 
     /// Visits the spheres of a level that may be within `reach` of a place, given by one of its bands.
@@ -233,10 +202,9 @@ impl Bands {
         for first in self.levels() {
             let reach = place.radius + self.bands[first].radius_max;
             self.visit_box(first, (place.x, place.y), reach, |span| {
-                self.bands[span.band].slots[span.from as usize..span.to as usize]
+                self.bands[span.band].tags[span.from as usize..span.to as usize]
                     .iter()
-                    .copied()
-                    .for_each(&mut visit);
+                    .for_each(|tag| visit(tag.slot()));
             });
         }
     }
@@ -253,7 +221,7 @@ impl Band {
             base: 0,
             starts: Vec::new(),
             lanes: Lanes::default(),
-            slots: Vec::new(),
+            tags: Vec::new(),
         }
     }
 
@@ -262,8 +230,7 @@ impl Band {
         let sectors = (self.rows * self.squares.columns()) as usize;
         self.starts.clear();
         self.starts.resize(sectors + 2, 0);
-        let spheres = || batches.iter().flat_map(|batch| batch.spheres.iter().zip(&batch.slots));
-        for (sphere, _) in spheres() {
+        for sphere in batches.iter().flat_map(|batch| &batch.spheres) {
             if let Some(sector) = self.sector_here(sphere, largest, levels) {
                 self.starts[sector + 2] += 1;
             }
@@ -274,13 +241,15 @@ impl Band {
             *start = sum;
         }
         self.lanes.resize(sum as usize);
-        self.slots.resize(sum as usize, 0);
-        for (sphere, &slot) in spheres() {
-            if let Some(sector) = self.sector_here(sphere, largest, levels) {
-                let place = self.starts[sector + 1] as usize;
-                self.starts[sector + 1] += 1;
-                self.lanes.set(place, sphere);
-                self.slots[place] = slot;
+        self.tags.resize(sum as usize, Tag::new(0, false));
+        for batch in batches {
+            for (sphere, tag) in batch.tagged() {
+                if let Some(sector) = self.sector_here(sphere, largest, levels) {
+                    let place = self.starts[sector + 1] as usize;
+                    self.starts[sector + 1] += 1;
+                    self.lanes.set(place, sphere);
+                    self.tags[place] = tag;
+                }
             }
         }
     }
@@ -304,6 +273,13 @@ impl Band {
         Span { band, from: self.starts[self.sector(row, first)], to: self.starts[self.sector(row, last) + 1] }
     }
 
+    /// Returns where the spheres of each sector of a row begin; one more for the end of the row.
+    #[inline]
+    pub(crate) fn starts_of_row(&self, row: u32) -> &[u32] {
+        let first = self.sector(row, 0);
+        &self.starts[first..=first + self.squares.columns() as usize]
+    }
+
     /// Returns the rows of the band.
     pub(crate) fn rows(&self) -> std::ops::Range<u32> {
         self.first_row..self.first_row + self.rows
@@ -321,7 +297,7 @@ impl Band {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of::<u32>() * (self.starts.capacity() + self.slots.capacity()) + self.lanes.bytes()
+        size_of::<u32>() * (self.starts.capacity() + self.tags.capacity()) + self.lanes.bytes()
     }
 }
 

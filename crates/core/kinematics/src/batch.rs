@@ -5,7 +5,7 @@ use maniple_geometry::{Cycle, Planar, Scalar};
 
 use crate::objects::Objects;
 use crate::sphere::MotionSphere;
-use crate::state::Phase;
+use crate::state::{Phase, Tag};
 use crate::track::{Stage, add_stages};
 
 /// The active objects that one thread looks after.
@@ -13,6 +13,8 @@ use crate::track::{Stage, add_stages};
 pub(crate) struct Batch<S: Scalar> {
     /// The slots; those at rest are dropped when a cycle begins.
     pub(crate) slots: Vec<u32>,
+    /// For each slot whose track turns in the cycle, in their order, its place in the list.
+    pub(crate) turning: Vec<u32>,
     /// For each slot the motion sphere of the cycle.
     pub(crate) spheres: Vec<MotionSphere>,
     /// Radius of the smallest and of the largest sphere.
@@ -38,6 +40,7 @@ impl<S: Scalar> Batch<S> {
     pub(crate) fn new() -> Self {
         Self {
             slots: Vec::new(),
+            turning: Vec::new(),
             spheres: Vec::new(),
             radii: (f32::INFINITY, 0.0),
             settled: Vec::new(),
@@ -49,6 +52,7 @@ impl<S: Scalar> Batch<S> {
     /// Makes the spheres of the cycle, and drops who rests.
     pub(crate) fn gather(&mut self, objects: &Objects<S>, frame: Frame<S>) {
         self.spheres.clear();
+        self.turning.clear();
         self.radii = (f32::INFINITY, 0.0);
         let mut kept = 0;
         for index in 0..self.slots.len() {
@@ -59,6 +63,7 @@ impl<S: Scalar> Batch<S> {
                 continue;
             }
             let sphere = if state.turns_in(frame.cycle) {
+                self.turning.push(u32::try_from(kept).expect("slots have 32 bits"));
                 self.stages.clear();
                 add_stages(&objects.plan(slot), frame.cycle, &mut self.stages);
                 MotionSphere::around(&self.stages, state.radius, frame.margin, frame.anchor)
@@ -82,9 +87,21 @@ impl<S: Scalar> Batch<S> {
         self.slots.truncate(kept);
     }
 
+    /// Returns the spheres with the tags of their objects.
+    #[inline]
+    pub(crate) fn tagged(&self) -> impl Iterator<Item = (&MotionSphere, Tag)> {
+        let mut turning = self.turning.iter().copied().peekable();
+        (0u32..).zip(self.spheres.iter().zip(&self.slots)).map(move |(place, (sphere, &slot))| {
+            (sphere, Tag::new(slot, turning.next_if_eq(&place).is_some()))
+        })
+    }
+
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        let slots = self.slots.capacity() + self.settled.capacity() + self.vacated.capacity();
+        let slots = self.slots.capacity()
+            + self.turning.capacity()
+            + self.settled.capacity()
+            + self.vacated.capacity();
         size_of::<u32>() * slots
             + size_of::<MotionSphere>() * self.spheres.capacity()
             + size_of::<Stage<S>>() * self.stages.capacity()

@@ -73,7 +73,7 @@ impl<S: Scalar> Solver<S> {
         if circles_overlap::<S>(first.last, first.radius, second.last, second.radius) {
             let advances = |runner: &Runner<S>, way: S::Vector| {
                 runner.can_retreat(&self.arena)
-                    && runner.motion_at(runner.end, &self.arena).velocity.dot(way) > S::ZERO
+                    && runner.velocity_at(runner.end, &self.arena).dot(way) > S::ZERO
             };
             let (one, other) =
                 (advances(first, second.last - first.last), advances(second, first.last - second.last));

@@ -10,11 +10,17 @@ use rayon::prelude::*;
 use crate::batch::Frame;
 use crate::digest::chained;
 use crate::event::Event;
-use crate::graph::{Graph, Setting};
+use crate::graph::{AT_ONCE, Graph, Setting};
 use crate::outcome::{Change, sort_events};
 use crate::solve::Solver;
 use crate::state::{NEVER, Phase};
 use crate::world::{Activity, World};
+
+/// Cycles between two tidyings: objects have gone a few sectors by then.
+const TIDY_CYCLES: u32 = 32;
+
+/// With fewer active objects than this, all are near in memory in any order.
+const TIDY_ACTIVE_MIN: usize = 4096;
 
 /// Components that one thread solves at a stretch, at least.
 const COMPONENTS_A_SOLVER_MIN: usize = 64;
@@ -23,6 +29,7 @@ impl<S: Scalar> World<S> {
     /// Simulates one cycle and returns what happened in it, by time and id.
     pub fn step(&mut self) -> &[Event] {
         self.wake();
+        self.tidy();
         self.gather();
         self.bands.fill(&self.batches, self.threads());
         self.connect();
@@ -49,6 +56,34 @@ impl<S: Scalar> World<S> {
                 self.resting.remove(slot, &self.objects.states);
                 self.objects.states[slot as usize].phase = Phase::Active;
             }
+        }
+    }
+
+    /// Puts those who are active into the order of their sectors now and then, so that who is near in the plane is near
+    /// in memory.
+    fn tidy(&mut self) {
+        let active: usize = self.batches.iter().map(|batch| batch.slots.len()).sum();
+        if active < TIDY_ACTIVE_MIN || self.cycle.0 < self.tidy_at {
+            return;
+        }
+        self.tidy_at = self.cycle.0.saturating_add(TIDY_CYCLES);
+        let states = &self.objects.states;
+        let is_active = |slot: u32| states[slot as usize].phase == Phase::Active;
+        let Tidying { homes, from, to } = &mut self.tidying;
+        homes.clear();
+        homes.extend(0..u32::try_from(states.len()).expect("slots have 32 bits"));
+        from.clear();
+        let slots = self.bands.all().iter().flat_map(|band| &band.tags).map(|tag| tag.slot());
+        from.extend(slots.filter(|&slot| is_active(slot)));
+        to.clear();
+        to.extend_from_slice(from);
+        to.sort_unstable();
+        for (&slot, &home) in from.iter().zip(to.iter()) {
+            homes[slot as usize] = home;
+        }
+        self.objects.rearrange(to, homes);
+        for batch in &mut self.batches {
+            batch.slots.sort_unstable();
         }
     }
 
@@ -93,7 +128,7 @@ impl<S: Scalar> World<S> {
             graphs[..bands].par_iter_mut().enumerate().for_each(numbered);
         }
         self.graphs = graphs;
-        let nodes: usize = self.bands.all().iter().map(|band| band.slots.len()).sum();
+        let nodes: usize = self.bands.all().iter().map(|band| band.tags.len()).sum();
         self.components.find(nodes, &self.graphs[..bands]);
         self.activity = Activity {
             runners: nodes,
@@ -114,9 +149,8 @@ impl<S: Scalar> World<S> {
         let setting = self.setting();
         let stretch = components.div_ceil(solvers);
         let work = |(number, solver): (usize, &mut Solver<S>)| {
-            for component in number * stretch..components.min((number + 1) * stretch) {
-                solver.solve(&self.components, component, &setting);
-            }
+            let range = (number * stretch).min(components)..components.min((number + 1) * stretch);
+            solver.solve(&self.components, range, &setting);
         };
         if solvers == 1 {
             work((0, &mut crew[0]));
@@ -133,7 +167,10 @@ impl<S: Scalar> World<S> {
             let outcome = &mut solver.outcome;
             self.events.extend_from_slice(&outcome.events);
             self.activity.retreats += outcome.retreats;
-            for &(slot, time, change) in &outcome.changes {
+            for (place, &(slot, time, change)) in outcome.changes.iter().enumerate() {
+                if place % AT_ONCE == 0 {
+                    self.objects.fetch(outcome.changes[place..].iter().take(AT_ONCE).map(|change| change.0));
+                }
                 match change {
                     Change::Halted { point } => {
                         let moment = Moment { cycle: self.cycle, fraction: time.to_f64() };
@@ -168,6 +205,14 @@ impl<S: Scalar> World<S> {
             is_layered: self.is_layered,
         }
     }
+}
+
+/// What a tidying needs; kept for its memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tidying {
+    homes: Vec<u32>,
+    from: Vec<u32>,
+    to: Vec<u32>,
 }
 
 /// Does something with each of a few items, in as many threads; without any trouble where there is one.

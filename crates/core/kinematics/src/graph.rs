@@ -1,5 +1,6 @@
 //! The motion-sphere intersection graph: who is near whom, and which collisions lie ahead if nobody is stopped.
 
+use glam::DVec2;
 use maniple_geometry::contact::{Mover, Window, circle_contact, segment_contact};
 use maniple_geometry::{Circle, Cycle, ObjectId, Piece, Planar, Scalar, Segment};
 
@@ -15,6 +16,10 @@ use crate::walls::Walls;
 
 /// Two spheres that intersect, as nodes: numbers among those of all bands.
 pub(crate) type Edge = (u32, u32);
+
+/// Objects whose states are asked for one right after the other before anything is done with them, so that the memory
+/// answers all at once: they are near each other, but in another order than that of the sectors.
+pub(crate) const AT_ONCE: usize = 64;
 
 /// What is the same for everybody in a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +85,7 @@ impl<S: Scalar> Graph<S> {
         for row in setting.bands.bands[band].rows() {
             self.pairs.clear();
             self.tested += add_pairs_of_row(setting.bands, band, row, &mut self.pairs);
-            self.judge_pairs(setting);
+            self.judge_pairs(band, setting);
         }
         self.connect_to_smaller(band, setting);
         self.look_around(band, setting);
@@ -92,54 +97,59 @@ impl<S: Scalar> Graph<S> {
         let this = &bands.bands[band];
         for level in bands.levels().filter(|&other| bands.bands[other].level > this.level) {
             let radius_max = bands.bands[level].radius_max;
-            for (place, node) in (0u32..).zip(this.base..).take(this.slots.len()) {
+            for (place, node) in (0u32..).zip(this.base..).take(this.tags.len()) {
                 let sphere = this.sphere(place);
                 self.pairs.clear();
                 bands.visit_box(level, (sphere.x, sphere.y), sphere.radius + radius_max, |span| {
                     let other = &bands.bands[span.band];
-                    other.lanes().add_near(
-                        (node, &sphere),
-                        (span.from, span.to),
-                        other.base,
-                        &mut self.pairs,
-                    );
+                    other.lanes().add_near((node, sphere), (span.from, span.to), other.base, &mut self.pairs);
                     self.tested += (span.to - span.from) as usize;
                 });
-                self.judge_pairs(setting);
+                self.judge_pairs(band, setting);
             }
         }
     }
 
-    /// Decides which of the pairs collide.
-    fn judge_pairs(&mut self, setting: &Setting<'_, S>) {
+    /// Decides which of the pairs collide; the first of each, and most of the second, are in a band.
+    fn judge_pairs(&mut self, band: usize, setting: &Setting<'_, S>) {
         let Setting { cycle, objects, skin, .. } = *setting;
-        for index in 0..self.pairs.len() {
-            let edge = self.pairs[index];
-            let (a, b) = (setting.bands.slot_of(edge.0), setting.bands.slot_of(edge.1));
-            if setting.is_layered && !objects.layers[a as usize].share(objects.layers[b as usize]) {
-                continue;
+        for from in (0..self.pairs.len()).step_by(AT_ONCE) {
+            let pairs = from..self.pairs.len().min(from + AT_ONCE);
+            let mut known = [(0, 0, false); AT_ONCE];
+            for (place, index) in pairs.clone().enumerate() {
+                let edge = self.pairs[index];
+                let (a, b) = (setting.bands.tag_of(edge.0, band), setting.bands.tag_of(edge.1, band));
+                let (first, second) =
+                    (&objects.states[a.slot() as usize], &objects.states[b.slot() as usize]);
+                known[place] = (a.slot(), b.slot(), first.turns_in(cycle) | second.turns_in(cycle));
             }
-            self.edges.push(edge);
-            let (first, second) = (&objects.states[a as usize], &objects.states[b as usize]);
-            if first.turns_in(cycle) || second.turns_in(cycle) {
-                self.close.push(edge);
-                continue;
-            }
-            let pieces = (
-                straight(first.position(cycle), &first.motion()),
-                straight(second.position(cycle), &second.motion()),
-            );
-            let movers = (
-                Mover { piece: &pieces.0, radius: first.radius },
-                Mover { piece: &pieces.1, radius: second.radius },
-            );
-            match circle_contact(movers.0, movers.1, whole_cycle(skin)) {
-                Some(time) => self.hits.push((edge, time)),
-                None => {
-                    let between = pieces.1.point + second.velocity - (pieces.0.point + first.velocity);
-                    let near = first.radius + second.radius + skin + skin;
-                    if between.dot(between) < near * near {
-                        self.close.push(edge);
+            for (index, &(a, b, turns)) in pairs.zip(&known) {
+                let edge = self.pairs[index];
+                if setting.is_layered && !objects.layers[a as usize].share(objects.layers[b as usize]) {
+                    continue;
+                }
+                self.edges.push(edge);
+                let (first, second) = (&objects.states[a as usize], &objects.states[b as usize]);
+                if turns {
+                    self.close.push(edge);
+                    continue;
+                }
+                let pieces = (
+                    straight(first.position(cycle), first.velocity),
+                    straight(second.position(cycle), second.velocity),
+                );
+                let movers = (
+                    Mover { piece: &pieces.0, radius: first.radius },
+                    Mover { piece: &pieces.1, radius: second.radius },
+                );
+                match circle_contact(movers.0, movers.1, whole_cycle(skin)) {
+                    Some(time) => self.hits.push((edge, time)),
+                    None => {
+                        let between = pieces.1.point + second.velocity - (pieces.0.point + first.velocity);
+                        let near = first.radius + second.radius + skin + skin;
+                        if between.dot(between) < near * near {
+                            self.close.push(edge);
+                        }
                     }
                 }
             }
@@ -149,17 +159,22 @@ impl<S: Scalar> Graph<S> {
     /// Finds out who collides with anything at rest.
     fn look_around(&mut self, band: usize, setting: &Setting<'_, S>) {
         let this = &setting.bands.bands[band];
-        let (nothing_rests, no_walls) = (setting.resting.is_empty(), setting.walls.is_empty());
-        for (node, &slot) in (this.base..).zip(&this.slots) {
-            let state = &setting.objects.states[slot as usize];
-            if state.turns_in(setting.cycle) {
+        let nothing_rests = setting.resting.is_empty();
+        for (place, (node, tag)) in (0u32..).zip((this.base..).zip(&this.tags)) {
+            if tag.turns() {
                 self.watched.push(node);
                 continue;
             }
-            if nothing_rests && no_walls {
-                continue;
+            if nothing_rests {
+                let sphere = this.sphere(place);
+                let center = DVec2::new(f64::from(sphere.x), f64::from(sphere.y)) + setting.bands.anchor;
+                if setting.walls.is_clear(center, f64::from(sphere.radius)) {
+                    continue;
+                }
             }
-            let piece = straight(state.position(setting.cycle), &state.motion());
+            let slot = tag.slot();
+            let state = &setting.objects.states[slot as usize];
+            let piece = straight(state.position(setting.cycle), state.velocity);
             let reach = f64::from(state.reach);
             let mut around = Around::new(slot, state.radius, setting);
             around.meet(&piece, reach, setting);

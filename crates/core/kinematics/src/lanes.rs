@@ -4,11 +4,67 @@
 //! processor has them. It pays: see the table in `docs/KINEMATICS.md`. The wide forms do the same operations in the
 //! same order, each rounded on its own, so they find the same pairs.
 
-use crate::bands::{Bands, Span};
+use crate::bands::Bands;
+use crate::graph::Edge;
 use crate::sphere::MotionSphere;
 
 /// Spheres that are tested at once.
-pub(crate) const LANES: usize = 16;
+const LANES: u32 = 16;
+
+/// The pairs of a node with those nodes from `from` to `to` whose spheres intersect its own. A macro, since each form has to
+/// be compiled as a whole for the vectors of that form.
+macro_rules! add_near {
+    ($lanes:expr, $of:expr, $range:expr, $base:expr, $pairs:expr, $intersecting:path) => {{
+        let ((node, sphere), (from, to)) = ($of, $range);
+        let mut at: u32 = from;
+        while at < to {
+            let mut hits: u32 = $intersecting($lanes.block(at), sphere);
+            let left = to - at;
+            if left < LANES {
+                hits &= (1 << left) - 1;
+            }
+            while hits != 0 {
+                $pairs.push((node, $base + at + hits.trailing_zeros()));
+                hits &= hits - 1;
+            }
+            at += LANES;
+        }
+    }};
+}
+
+/// The pairs of a row of sectors; see [`add_pairs_of_row`].
+macro_rules! add_pairs {
+    ($bands:expr, $band:expr, $row:expr, $pairs:expr, $intersecting:path) => {{
+        let this = &$bands.bands[$band];
+        let (below, row_below) = $bands.below($band, $row);
+        let below = &$bands.bands[below];
+        let (own, next) = (this.starts_of_row($row), below.starts_of_row(row_below));
+        let last = own.len() - 2;
+        let mut tested = 0;
+        for column in 0..=last {
+            let (from, to) = (own[column], own[column + 1]);
+            let right = if column < last { column + 2 } else { column + 1 };
+            let (end, near) = (own[right], (next[column.saturating_sub(1)], next[right]));
+            for place in from..to {
+                let of = (this.base + place, this.sphere(place));
+                add_near!(this.lanes(), of, (place + 1, end), this.base, $pairs, $intersecting);
+                add_near!(below.lanes(), of, near, below.base, $pairs, $intersecting);
+                tested += end - place - 1 + near.1 - near.0;
+                if column == last {
+                    add_near!(this.lanes(), of, (own[0], own[1]), this.base, $pairs, $intersecting);
+                    add_near!(below.lanes(), of, (next[0], next[1]), below.base, $pairs, $intersecting);
+                    tested += own[1] - own[0] + next[1] - next[0];
+                }
+                if column == 0 {
+                    let wrapped = (next[last], next[last + 1]);
+                    add_near!(below.lanes(), of, wrapped, below.base, $pairs, $intersecting);
+                    tested += wrapped.1 - wrapped.0;
+                }
+            }
+        }
+        tested as usize
+    }};
+}
 
 /// Spheres as arrays of their fields, followed by [`LANES`] that intersect nothing.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +77,7 @@ pub(crate) struct Lanes {
 impl Lanes {
     pub(crate) fn resize(&mut self, count: usize) {
         for field in [&mut self.xs, &mut self.ys, &mut self.radii] {
-            field.resize(count + LANES, 0.0);
+            field.resize(count + LANES as usize, 0.0);
         }
     }
 
@@ -35,36 +91,23 @@ impl Lanes {
         MotionSphere { x: self.xs[place], y: self.ys[place], radius: self.radii[place] }
     }
 
-    /// Adds the pairs of a node with those nodes from `from` to `to` whose spheres intersect its own:
-    /// `|c - d|² <= (R + S)²`, which needs no root.
-    #[inline(always)]
+    /// Adds the pairs of a node with those nodes from `from` to `to` whose spheres intersect its own.
     pub(crate) fn add_near(
         &self,
-        (node, sphere): (u32, &MotionSphere),
-        (from, to): (u32, u32),
+        of: (u32, MotionSphere),
+        range: (u32, u32),
         base: u32,
-        pairs: &mut Vec<(u32, u32)>,
+        pairs: &mut Vec<Edge>,
     ) {
-        let mut at = from;
-        while at < to {
-            let block = at as usize..at as usize + LANES;
-            let (xs, ys, radii) = (&self.xs[block.clone()], &self.ys[block.clone()], &self.radii[block]);
-            let mut hits = 0u32;
-            for lane in 0..LANES {
-                let (x, y) = (xs[lane] - sphere.x, ys[lane] - sphere.y);
-                let reach = radii[lane] + sphere.radius;
-                hits |= u32::from(x * x + y * y <= reach * reach) << lane;
-            }
-            let left = to - at;
-            if left < LANES as u32 {
-                hits &= (1 << left) - 1;
-            }
-            while hits != 0 {
-                pairs.push((node, base + at + hits.trailing_zeros()));
-                hits &= hits - 1;
-            }
-            at += LANES as u32;
-        }
+        add_near!(self, of, range, base, pairs, plain::intersecting);
+    }
+
+    /// Some spheres that lie one behind the other, perhaps some of the filling among them.
+    #[inline(always)]
+    fn block(&self, from: u32) -> [&[f32; LANES as usize]; 3] {
+        let block = from as usize..(from + LANES) as usize;
+        [&self.xs, &self.ys, &self.radii]
+            .map(|field| field[block.clone()].try_into().expect("as many as lanes"))
     }
 
     pub(crate) fn bytes(&self) -> usize {
@@ -72,52 +115,57 @@ impl Lanes {
     }
 }
 
-/// Adds the pairs of spheres of a row that intersect each other or one that comes later: nodes, and which other. Returns
-/// how many were tested.
-pub(crate) fn add_pairs_of_row(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<(u32, u32)>) -> usize {
+/// Adds the pairs of spheres of a row that intersect each other or one that comes later, as nodes. Returns how many were
+/// tested.
+///
+/// The later half of the neighbourhood of a sector is the sector itself, the one to the right, and the three in the row
+/// below; spheres of neighbouring sectors lie one behind the other, so these are two runs, and more only where the table
+/// wraps around. So each pair of neighbouring sectors comes up once.
+pub(crate) fn add_pairs_of_row(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<Edge>) -> usize {
     #[cfg(target_arch = "x86_64")]
     if let Some(tested) = wide::add_pairs_of_row(bands, band, row, pairs) {
         return tested;
     }
-    add_pairs(bands, band, row, pairs)
+    add_pairs!(bands, band, row, pairs, plain::intersecting)
 }
 
-/// Inlined into each form, so that it is compiled for the vectors of that form.
-#[inline(always)]
-fn add_pairs(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<(u32, u32)>) -> usize {
-    let this = &bands.bands[band];
-    let mut tested = 0;
-    for column in 0..this.squares.columns() {
-        let Some(near) = bands.neighbourhood(band, row, column) else { continue };
-        for place in near.own.from..near.own.to {
-            let (node, sphere) = (this.base + place, this.sphere(place));
-            // With the spheres of its own sector each pair comes up once.
-            let right = Span { from: place + 1, ..near.right };
-            for span in std::iter::once(&right).chain(&near.others[..near.count]) {
-                let other = &bands.bands[span.band];
-                other.lanes().add_near((node, &sphere), (span.from, span.to), other.base, pairs);
-                tested += (span.to - span.from) as usize;
-            }
+mod plain {
+    use super::{LANES, MotionSphere};
+
+    /// Which of the lanes intersect a sphere, one bit each: `|c - d|² <= (R + S)²`, which needs no root.
+    #[inline(always)]
+    pub(super) fn intersecting([xs, ys, radii]: [&[f32; LANES as usize]; 3], sphere: MotionSphere) -> u32 {
+        let mut gaps = [0.0f32; LANES as usize];
+        for (lane, gap) in gaps.iter_mut().enumerate() {
+            let (x, y) = (xs[lane] - sphere.x, ys[lane] - sphere.y);
+            let reach = radii[lane] + sphere.radius;
+            *gap = x * x + y * y - reach * reach;
         }
+        (0u32..).zip(gaps).fold(0, |hits, (lane, gap)| hits | u32::from(gap <= 0.0) << lane)
     }
-    tested
 }
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use super::{Bands, add_pairs};
+    use std::arch::x86_64::{
+        __m256, __m512, _CMP_LE_OQ, _mm256_add_ps, _mm256_cmp_ps, _mm256_movemask_ps, _mm256_mul_ps,
+        _mm256_set_ps, _mm256_set1_ps, _mm256_setzero_ps, _mm256_sub_ps, _mm512_add_ps, _mm512_cmp_ps_mask,
+        _mm512_mul_ps, _mm512_set_ps, _mm512_set1_ps, _mm512_setzero_ps, _mm512_sub_ps,
+    };
 
-    /// The widest vectors that the processor has, asked once a process by the standard library.
+    use super::{Bands, Edge, LANES, MotionSphere};
+
+    /// The widest vectors that the processor has; the standard library asks it once a process.
     pub(super) fn add_pairs_of_row(
         bands: &Bands,
         band: usize,
         row: u32,
-        pairs: &mut Vec<(u32, u32)>,
+        pairs: &mut Vec<Edge>,
     ) -> Option<usize> {
-        if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512vl") {
+        if is_x86_feature_detected!("avx512f") {
             #[expect(
                 unsafe_code,
-                reason = "the processor was asked for exactly these features one line above"
+                reason = "the processor was asked for exactly this feature one line above"
             )]
             return Some(unsafe { add_pairs_avx512(bands, band, row, pairs) });
         }
@@ -131,13 +179,82 @@ mod wide {
         None
     }
 
-    #[target_feature(enable = "avx512f,avx512vl")]
-    fn add_pairs_avx512(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<(u32, u32)>) -> usize {
-        add_pairs(bands, band, row, pairs)
+    #[target_feature(enable = "avx512f")]
+    fn add_pairs_avx512(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<Edge>) -> usize {
+        add_pairs!(bands, band, row, pairs, intersecting_avx512)
     }
 
     #[target_feature(enable = "avx2")]
-    fn add_pairs_avx2(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<(u32, u32)>) -> usize {
-        add_pairs(bands, band, row, pairs)
+    fn add_pairs_avx2(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<Edge>) -> usize {
+        add_pairs!(bands, band, row, pairs, intersecting_avx2)
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn intersecting_avx512([xs, ys, radii]: [&[f32; LANES as usize]; 3], sphere: MotionSphere) -> u32 {
+        let x = _mm512_sub_ps(load_16(xs), _mm512_set1_ps(sphere.x));
+        let y = _mm512_sub_ps(load_16(ys), _mm512_set1_ps(sphere.y));
+        let reach = _mm512_add_ps(load_16(radii), _mm512_set1_ps(sphere.radius));
+        let square = _mm512_add_ps(_mm512_mul_ps(x, x), _mm512_mul_ps(y, y));
+        let gap = _mm512_sub_ps(square, _mm512_mul_ps(reach, reach));
+        u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(gap, _mm512_setzero_ps()))
+    }
+
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn intersecting_avx2(block: [&[f32; LANES as usize]; 3], sphere: MotionSphere) -> u32 {
+        let half = |at: usize| {
+            let [xs, ys, radii] = block.map(|field| load_8(&field[at..at + 8]));
+            let x = _mm256_sub_ps(xs, _mm256_set1_ps(sphere.x));
+            let y = _mm256_sub_ps(ys, _mm256_set1_ps(sphere.y));
+            let reach = _mm256_add_ps(radii, _mm256_set1_ps(sphere.radius));
+            let square = _mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y));
+            let gap = _mm256_sub_ps(square, _mm256_mul_ps(reach, reach));
+            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(gap, _mm256_setzero_ps())).cast_unsigned()
+        };
+        half(0) | half(8) << 8
+    }
+
+    /// Compiles to one load.
+    #[inline]
+    #[target_feature(enable = "avx512f")]
+    fn load_16(f: &[f32; 16]) -> __m512 {
+        _mm512_set_ps(
+            f[15], f[14], f[13], f[12], f[11], f[10], f[9], f[8], f[7], f[6], f[5], f[4], f[3], f[2], f[1],
+            f[0],
+        )
+    }
+
+    /// Compiles to one load.
+    #[inline]
+    #[target_feature(enable = "avx2")]
+    fn load_8(f: &[f32]) -> __m256 {
+        _mm256_set_ps(f[7], f[6], f[5], f[4], f[3], f[2], f[1], f[0])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_widths_find_the_same_spheres() {
+        let mut lanes = Lanes::default();
+        lanes.resize(40);
+        for place in 0..40u8 {
+            let sphere = MotionSphere { x: f32::from(place) * 0.3, y: f32::from(place % 7), radius: 0.7 };
+            lanes.set(usize::from(place), &sphere);
+        }
+        let sphere = MotionSphere { x: 3.0, y: 3.0, radius: 1.3 };
+        let mut found = Vec::new();
+        lanes.add_near((9, sphere), (2, 37), 100, &mut found);
+        let is_near = |&place: &u32| {
+            let other = lanes.sphere(place as usize);
+            let (x, y, reach) = (other.x - 3.0, other.y - 3.0, 0.7 + 1.3);
+            x * x + y * y <= reach * reach
+        };
+        let expected: Vec<Edge> = (2..37).filter(is_near).map(|place| (9, 100 + place)).collect();
+        assert!(expected.len() > 5);
+        assert_eq!(found, expected);
     }
 }

@@ -94,6 +94,11 @@ impl<S: Scalar> Objects<S> {
         self.table.find(spread(id), |&slot| self.intents[slot as usize].id == id).copied()
     }
 
+    /// Returns what is kept of an object.
+    pub(crate) fn of(&self, slot: u32) -> (&State<S>, &Intent<S>) {
+        (&self.states[slot as usize], &self.intents[slot as usize])
+    }
+
     /// Returns what an object does and is going to do.
     pub(crate) fn plan(&self, slot: u32) -> Plan<'_, S> {
         let (state, intent) = (&self.states[slot as usize], &self.intents[slot as usize]);
@@ -154,6 +159,15 @@ impl<S: Scalar> Objects<S> {
         intent.hash = hash;
     }
 
+    /// Asks for objects, one right after the other, so that the memory answers all at once when they are changed next.
+    pub(crate) fn fetch(&self, slots: impl Iterator<Item = u32>) {
+        let mut seen = 0;
+        for slot in slots {
+            seen ^= self.states[slot as usize].wakes ^ self.intents[slot as usize].queue;
+        }
+        std::hint::black_box(seen);
+    }
+
     /// Returns the ids, sorted.
     pub(crate) fn ids(&self) -> Vec<ObjectId> {
         let mut ids: Vec<ObjectId> = self.slots().map(|slot| self.intents[slot as usize].id).collect();
@@ -171,19 +185,21 @@ impl<S: Scalar> Objects<S> {
         self.table.len()
     }
 
-    /// Moves the objects of some slots among these slots: the object of `from[k]` goes to `to[k]`.
-    pub(crate) fn rearrange(&mut self, from: &[u32], to: &[u32]) {
-        let states: Vec<State<S>> = from.iter().map(|&slot| self.states[slot as usize]).collect();
-        for (&slot, state) in to.iter().zip(states) {
-            self.states[slot as usize] = state;
+    /// Moves objects to other slots. `homes` says for each slot where its object goes; those of `moved` go to one of
+    /// these slots each, all others stay. Afterwards everybody in `homes` is at home.
+    pub(crate) fn rearrange(&mut self, moved: &[u32], homes: &mut [u32]) {
+        for slot in self.table.iter_mut() {
+            *slot = homes[*slot as usize];
         }
-        let intents: Vec<Intent<S>> = from.iter().map(|&slot| self.intents[slot as usize]).collect();
-        for (&slot, intent) in to.iter().zip(intents) {
-            self.intents[slot as usize] = intent;
-        }
-        let layers: Vec<Layers> = from.iter().map(|&slot| self.layers[slot as usize]).collect();
-        for (&slot, layers) in to.iter().zip(layers) {
-            self.layers[slot as usize] = layers;
+        for &slot in moved {
+            let here = slot as usize;
+            while homes[here] != slot {
+                let home = homes[here] as usize;
+                self.states.swap(here, home);
+                self.intents.swap(here, home);
+                self.layers.swap(here, home);
+                homes.swap(here, home);
+            }
         }
     }
 

@@ -79,8 +79,9 @@ impl<S: Scalar> Outcome<S> {
             return;
         }
         let (motion, leg, consumed) = match runner.track {
-            Track::Straight { motion, .. } => {
-                (motion, Some(setting.objects.intents[runner.slot as usize].leg), 0)
+            Track::Straight { .. } => {
+                let (state, intent) = setting.objects.of(runner.slot);
+                (state.motion(), Some(intent.leg), 0)
             }
             Track::Turning(..) => {
                 let stage = stage_at(runner.stages(arena), runner.end);

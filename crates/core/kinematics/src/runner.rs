@@ -1,6 +1,6 @@
 //! An object in the cycle that is being solved.
 
-use maniple_geometry::{Motion, ObjectId, Piece, Scalar};
+use maniple_geometry::{ObjectId, Piece, Scalar};
 
 use crate::event::EventKind;
 use crate::track::Stage;
@@ -38,7 +38,7 @@ pub(crate) enum Track<S: Scalar> {
     Straight {
         /// Where the object is at 0.
         point: S::Vector,
-        motion: Motion<S>,
+        velocity: S::Vector,
     },
     /// Stages of the arena, from one place to another.
     Turning(u32, u32),
@@ -116,18 +116,28 @@ impl<S: Scalar> Runner<S> {
         let end = if self.is_held { self.end } else { S::ONE };
         let held = self.is_held.then(|| Piece::at_rest(self.last, self.end, S::ONE));
         match self.track {
-            Track::Straight { point, motion } => {
-                Pieces { time, end, straight: Some(straight(point, &motion)), stages: &[], held }
+            Track::Straight { point, velocity } => {
+                Pieces { time, end, straight: Some(straight(point, velocity)), stages: &[], held }
             }
             Track::Turning(..) => Pieces { time, end, straight: None, stages: self.stages(arena), held },
         }
     }
 
-    /// Returns the motion that the object is on at a time.
-    pub(crate) fn motion_at(&self, time: S, arena: &[Stage<S>]) -> Motion<S> {
+    /// Returns the velocity of the motion that the object is on at a time.
+    pub(crate) fn velocity_at(&self, time: S, arena: &[Stage<S>]) -> S::Vector {
         match self.track {
-            Track::Straight { motion, .. } => motion,
-            Track::Turning(..) => stage_at(self.stages(arena), time).motion,
+            Track::Straight { velocity, .. } => velocity,
+            Track::Turning(..) => stage_at(self.stages(arena), time).motion.velocity,
+        }
+    }
+
+    /// Returns the one piece that the object passes from a time on, if it is so: on a straight track, or since it is held.
+    #[inline]
+    pub(crate) fn only_piece_from(&self, time: S) -> Option<Piece<S>> {
+        match self.track {
+            _ if self.is_held && self.end <= time => Some(Piece::at_rest(self.last, self.end, S::ONE)),
+            Track::Straight { point, velocity } if !self.is_held => Some(straight(point, velocity)),
+            Track::Straight { .. } | Track::Turning(..) => None,
         }
     }
 
@@ -141,7 +151,7 @@ impl<S: Scalar> Runner<S> {
 
     fn piece_at(&self, time: S, arena: &[Stage<S>]) -> Piece<S> {
         match self.track {
-            Track::Straight { point, motion } => straight(point, &motion),
+            Track::Straight { point, velocity } => straight(point, velocity),
             Track::Turning(..) => stage_at(self.stages(arena), time).piece,
         }
     }
@@ -199,8 +209,8 @@ pub(crate) fn stage_at<S: Scalar>(stages: &[Stage<S>], time: S) -> &Stage<S> {
 
 /// Returns the piece of a motion that goes on for the whole cycle, from the point where the object is at its start.
 #[inline]
-pub(crate) fn straight<S: Scalar>(point: S::Vector, motion: &Motion<S>) -> Piece<S> {
-    Piece { point, velocity: motion.velocity, since: S::ZERO, until: S::ONE, goal: None }
+pub(crate) fn straight<S: Scalar>(point: S::Vector, velocity: S::Vector) -> Piece<S> {
+    Piece { point, velocity, since: S::ZERO, until: S::ONE, goal: None }
 }
 
 /// A piece whose end was cut off loses its goal.

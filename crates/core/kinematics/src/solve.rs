@@ -12,7 +12,11 @@ use crate::graph::{Around, Edge, Setting};
 use crate::outcome::Outcome;
 use crate::runner::{Halt, Runner, Track};
 use crate::sphere::straight_reach;
+use crate::state::Tag;
 use crate::track::{Stage, add_stages};
+
+/// Components whose runners are made one right after the other, so that the memory answers all at once.
+const COMPONENTS_AT_ONCE: usize = 32;
 
 /// Who stops in a collision of two objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,6 +64,8 @@ impl<S: Scalar> Ord for Hit<S> {
 #[derive(Clone, Debug)]
 pub(crate) struct Solver<S: Scalar> {
     pub(crate) runners: Vec<Runner<S>>,
+    /// The runners of some components, as they begin.
+    block: Vec<Runner<S>>,
     /// The stages of the tracks that turn.
     pub(crate) arena: Vec<Stage<S>>,
     /// Pairs of runners whose spheres intersect.
@@ -82,6 +88,7 @@ impl<S: Scalar> Solver<S> {
     pub(crate) fn new() -> Self {
         Self {
             runners: Vec::new(),
+            block: Vec::new(),
             arena: Vec::new(),
             edges: Vec::new(),
             links: Vec::new(),
@@ -97,9 +104,34 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
+    /// Solves some components, one after the other.
+    pub(crate) fn solve(
+        &mut self,
+        components: &Components<S>,
+        range: std::ops::Range<usize>,
+        setting: &Setting<'_, S>,
+    ) {
+        for first in range.clone().step_by(COMPONENTS_AT_ONCE) {
+            let block = first..range.end.min(first + COMPONENTS_AT_ONCE);
+            self.arena.clear();
+            self.block.clear();
+            for &node in block.clone().flat_map(|component| components.nodes.group(component)) {
+                self.add_runner(setting.bands.tag_of(node, 0), setting);
+            }
+            let mut done = 0;
+            for component in block {
+                let end = done + components.nodes.group(component).len();
+                self.runners.clear();
+                self.runners.extend_from_slice(&self.block[done..end]);
+                self.solve_component(components, component, setting);
+                done = end;
+            }
+        }
+    }
+
     /// Stops whoever collides in a component, at the exact time, sees to it that the rounded result overlaps nowhere,
     /// and adds what became of everybody to the outcome.
-    pub(crate) fn solve(&mut self, components: &Components<S>, component: usize, setting: &Setting<'_, S>) {
+    fn solve_component(&mut self, components: &Components<S>, component: usize, setting: &Setting<'_, S>) {
         self.begin(components, component, setting);
         self.link();
         // Every generation stops at least one object for the rest of the cycle or drops a hit between two that
@@ -126,7 +158,7 @@ impl<S: Scalar> Solver<S> {
     pub(crate) fn bytes(&self) -> usize {
         let words = self.links.capacity() + self.link_starts.capacity() + self.changed.capacity();
         size_of::<u32>() * (words + self.suspects.capacity() + self.failed.capacity())
-            + size_of::<Runner<S>>() * self.runners.capacity()
+            + size_of::<Runner<S>>() * (self.runners.capacity() + self.block.capacity())
             + size_of::<Stage<S>>() * self.arena.capacity()
             + size_of::<Edge>() * self.edges.capacity()
             + size_of::<Hit<S>>() * (self.queue.capacity() + self.generation.capacity())
@@ -141,14 +173,9 @@ impl<S: Scalar> Solver<S> {
         &self.links[from as usize..to as usize]
     }
 
-    /// Takes over the runners of a component and what is known to lie ahead of them.
+    /// Takes over what is known to lie ahead of the runners of a component.
     fn begin(&mut self, components: &Components<S>, component: usize, setting: &Setting<'_, S>) {
-        self.runners.clear();
-        self.arena.clear();
         self.fixed.clear();
-        for &node in components.nodes.group(component) {
-            self.add_runner(setting.bands.slot_of(node), setting);
-        }
         self.edges.clear();
         self.edges.extend_from_slice(components.edges.group(component));
         for &((a, b), time) in components.hits.group(component) {
@@ -166,18 +193,20 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
-    fn add_runner(&mut self, slot: u32, setting: &Setting<'_, S>) {
+    fn add_runner(&mut self, tag: Tag, setting: &Setting<'_, S>) {
+        let slot = tag.slot();
         let state = &setting.objects.states[slot as usize];
-        let (track, last_motion) = if state.turns_in(setting.cycle) {
+        let (track, last_motion) = if tag.turns() {
             let from = self.arena.len();
             add_stages(&setting.objects.plan(slot), setting.cycle, &mut self.arena);
             let place = |length: usize| u32::try_from(length).expect("few stages");
             (Track::Turning(place(from), place(self.arena.len())), self.arena[self.arena.len() - 1].motion)
         } else {
             let motion = state.motion();
-            (Track::Straight { point: state.position(setting.cycle), motion }, motion)
+            let point = state.position(setting.cycle);
+            (Track::Straight { point, velocity: motion.velocity }, motion)
         };
-        self.runners.push(Runner {
+        self.block.push(Runner {
             slot,
             id: setting.objects.intents[slot as usize].id,
             radius: state.radius,
@@ -357,6 +386,11 @@ pub(crate) fn first_contact<S: Scalar>(
     (from, skin): (S, S),
     arena: &[Stage<S>],
 ) -> Option<S> {
+    if let (Some(one), Some(other)) = (first.only_piece_from(from), second.only_piece_from(from)) {
+        let movers =
+            (Mover { piece: &one, radius: first.radius }, Mover { piece: &other, radius: second.radius });
+        return circle_contact(movers.0, movers.1, Window { from, to: S::ONE, skin });
+    }
     let (mut ones, mut others) = (first.pieces_from(from, arena), second.pieces_from(from, arena));
     let (mut one, mut other): (Piece<S>, Piece<S>) = (ones.next()?, others.next()?);
     loop {

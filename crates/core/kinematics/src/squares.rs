@@ -57,6 +57,19 @@ impl Squares {
         ((row << self.column_bits) | column) as usize
     }
 
+    /// Visits the places of a square and of the eight around it.
+    pub(crate) fn visit_around(&self, place: usize, mut visit: impl FnMut(usize)) {
+        let place = u32::try_from(place).expect("places have 32 bits");
+        let (row, column) = (place >> self.column_bits, place & (self.columns() - 1));
+        for down in [self.rows() - 1, 0, 1] {
+            for right in [self.columns() - 1, 0, 1] {
+                let (row, column) =
+                    ((row + down) & (self.rows() - 1), (column + right) & (self.columns() - 1));
+                visit(self.place(row, column));
+            }
+        }
+    }
+
     /// Returns the columns that meet an interval, each once.
     pub(crate) fn columns_from(&self, low: f64, high: f64) -> Wrapped {
         Wrapped::new(low * self.inverse_edge, high * self.inverse_edge, self.columns())
@@ -70,10 +83,11 @@ impl Squares {
     /// Visits the places of all squares that a box meets.
     #[inline]
     pub(crate) fn visit(&self, low: (f64, f64), high: (f64, f64), mut visit: impl FnMut(usize)) {
-        let columns = self.columns_from(low.0, high.0);
-        for row in self.rows_from(low.1, high.1) {
-            for column in columns {
-                visit(self.place(row, column));
+        let (columns, rows) = (self.columns_from(low.0, high.0), self.rows_from(low.1, high.1));
+        for down in 0..rows.left {
+            let row = (rows.first + down) & rows.mask;
+            for right in 0..columns.left {
+                visit(self.place(row, (columns.first + right) & columns.mask));
             }
         }
     }
@@ -88,6 +102,7 @@ pub(crate) struct Wrapped {
 }
 
 impl Wrapped {
+    #[inline]
     fn new(low: f64, high: f64, size: u32) -> Self {
         let mask = size - 1;
         let first = low_bits(low);

@@ -10,6 +10,28 @@ pub(crate) const NEVER: u32 = u32::MAX;
 /// As [`Intent::queue`]: nothing waits.
 pub(crate) const NO_QUEUE: u32 = u32::MAX;
 
+/// A slot, and whether the track of its object turns in the cycle that is being solved; in one word, since there is one for
+/// each active object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Tag(u32);
+
+impl Tag {
+    const TURNS: u32 = 1 << 31;
+
+    pub(crate) fn new(slot: u32, turns: bool) -> Self {
+        assert!(slot < Self::TURNS, "there are fewer than 2^31 objects");
+        Self(if turns { slot | Self::TURNS } else { slot })
+    }
+
+    pub(crate) fn slot(self) -> u32 {
+        self.0 & !Self::TURNS
+    }
+
+    pub(crate) fn turns(self) -> bool {
+        self.0 & Self::TURNS != 0
+    }
+}
+
 /// Where the world keeps an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {

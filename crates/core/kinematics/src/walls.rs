@@ -15,6 +15,10 @@ const EDGE_MIN: f64 = 2.0;
 /// A wall that would lie in more squares than this along a side goes to larger ones.
 const SQUARES_A_WALL_MAX: f64 = 512.0;
 
+/// Squares for each entry of a wall: most squares have no wall, so that most objects meet none. Walls are few, and a square
+/// costs 4 bytes.
+const SQUARES_AN_ENTRY: usize = 16;
+
 /// How much larger the squares of the next level are.
 const EDGE_STEP: f64 = 4.0;
 
@@ -34,6 +38,8 @@ struct Level {
     edge: f64,
     squares: Squares,
     heads: Vec<u32>,
+    /// For each square how many entries there are in it and in the eight around it.
+    around: Vec<u32>,
     held: usize,
 }
 
@@ -56,10 +62,10 @@ impl<S: Scalar> Walls<S> {
         });
         self.walls[number as usize] = Some(wall);
         let place = self.level_of(&wall);
-        if self.levels[place].held >= 2 * self.levels[place].squares.count() {
-            self.grow(place);
-        } else {
-            self.link(place, number);
+        self.link(place, number);
+        let Level { held, ref squares, .. } = self.levels[place];
+        if squares.count() < SQUARES_AN_ENTRY * held {
+            self.grow(place, 2 * SQUARES_AN_ENTRY * held);
         }
         number
     }
@@ -70,7 +76,7 @@ impl<S: Scalar> Walls<S> {
         let place = self.level_of(&wall);
         let Self { levels, entries, free_entry, .. } = self;
         let level = &mut levels[place];
-        let Level { squares, heads, held, edge } = level;
+        let Level { squares, heads, around, held, edge } = level;
         visit_squares(squares, *edge, &wall, |square| {
             let mut link = heads[square];
             let mut before = END;
@@ -81,6 +87,7 @@ impl<S: Scalar> Walls<S> {
             let after = std::mem::replace(&mut entries[link as usize].next, *free_entry);
             *free_entry = link;
             *held -= 1;
+            squares.visit_around(square, |near| around[near] -= 1);
             if before == END {
                 heads[square] = after;
             } else {
@@ -103,6 +110,9 @@ impl<S: Scalar> Walls<S> {
     pub(crate) fn near_numbered(&self, center: DVec2, reach: f64, mut visit: impl FnMut(u32, &Wall<S>)) {
         let (low, high) = (center - DVec2::splat(reach), center + DVec2::splat(reach));
         for level in self.levels.iter().filter(|level| level.held > 0) {
+            if level.is_clear(center, reach) {
+                continue;
+            }
             level.squares.visit((low.x, low.y), (high.x, high.y), |square| {
                 let mut link = level.heads[square];
                 while link != END {
@@ -115,14 +125,17 @@ impl<S: Scalar> Walls<S> {
         }
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.walls.len() == self.free.len()
+    /// Returns whether it is plain that no wall comes within `reach` of a point.
+    #[inline]
+    pub(crate) fn is_clear(&self, center: DVec2, reach: f64) -> bool {
+        self.levels.iter().all(|level| level.is_clear(center, reach))
     }
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        let heads: usize = self.levels.iter().map(|level| level.heads.capacity()).sum();
-        size_of::<u32>() * (heads + self.free.capacity())
+        let squares: usize =
+            self.levels.iter().map(|level| level.heads.capacity() + level.around.capacity()).sum();
+        size_of::<u32>() * (squares + self.free.capacity())
             + size_of::<Entry>() * self.entries.capacity()
             + size_of::<Option<Wall<S>>>() * self.walls.capacity()
     }
@@ -142,8 +155,8 @@ impl<S: Scalar> Walls<S> {
         self.levels.len() - 1
     }
 
-    /// Twice as many squares, so that a list stays short; all walls of the level are listed anew.
-    fn grow(&mut self, place: usize) {
+    /// Makes at least so many squares; all walls of the level are listed anew.
+    fn grow(&mut self, place: usize, count: usize) {
         let Level { edge, ref heads, .. } = self.levels[place];
         for &head in heads {
             let mut link = head;
@@ -153,7 +166,7 @@ impl<S: Scalar> Walls<S> {
                 link = next;
             }
         }
-        self.levels[place] = Level::new(edge, 2 * self.levels[place].squares.count());
+        self.levels[place] = Level::new(edge, count);
         for number in (0..self.walls.len()).filter_map(|number| u32::try_from(number).ok()) {
             if let Some(wall) = self.walls[number as usize]
                 && self.level_of(&wall) == place
@@ -166,11 +179,12 @@ impl<S: Scalar> Walls<S> {
     fn link(&mut self, place: usize, number: u32) {
         let wall = self.walls[number as usize].expect("the wall was just put in");
         let Self { levels, entries, free_entry, .. } = self;
-        let Level { squares, heads, held, edge } = &mut levels[place];
+        let Level { squares, heads, around, held, edge } = &mut levels[place];
         visit_squares(squares, *edge, &wall, |square| {
             let entry = Entry { wall: number, next: heads[square] };
             heads[square] = *free_entry;
             *held += 1;
+            squares.visit_around(square, |near| around[near] += 1);
             if *free_entry == END {
                 heads[square] = u32::try_from(entries.len()).expect("entries are numbered with 32 bits");
                 entries.push(entry);
@@ -182,9 +196,16 @@ impl<S: Scalar> Walls<S> {
 }
 
 impl Level {
+    #[inline]
+    fn is_clear(&self, center: DVec2, reach: f64) -> bool {
+        let middle = self.squares.place(self.squares.row(center.y), self.squares.column(center.x));
+        reach <= self.edge && self.around[middle] == 0
+    }
+
     fn new(edge: f64, count: usize) -> Self {
         let squares = Squares::new(edge, count);
-        Self { edge, squares, heads: vec![END; squares.count()], held: 0 }
+        let count = squares.count();
+        Self { edge, squares, heads: vec![END; count], around: vec![0; count], held: 0 }
     }
 }
 

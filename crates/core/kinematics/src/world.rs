@@ -9,6 +9,7 @@ use maniple_geometry::{Circle, Cycle, Limits, Moment, Motion, ObjectId, Planar, 
 use crate::bands::Bands;
 use crate::batch::Batch;
 use crate::components::Components;
+use crate::cycle::Tidying;
 use crate::error::{InsertError, OrderError, Overlap, WallError};
 use crate::event::Event;
 use crate::graph::Graph;
@@ -51,6 +52,9 @@ pub struct World<S: Scalar = f64> {
     pub(crate) spare_events: Vec<Event>,
     pub(crate) event_keys: Vec<(u64, u32, u32)>,
     pub(crate) activity: Activity,
+    /// The cycle in which the objects are put into order again.
+    pub(crate) tidy_at: u32,
+    pub(crate) tidying: Tidying,
 }
 
 /// What the last cycle had to do.
@@ -95,6 +99,8 @@ impl<S: Scalar> World<S> {
             spare_events: Vec::new(),
             event_keys: Vec::new(),
             activity: Activity::default(),
+            tidy_at: 1,
+            tidying: Tidying::default(),
         };
         for (index, wall) in walls.iter().enumerate() {
             check_wall(&limits, index, wall)?;
