@@ -55,7 +55,7 @@ fn outcome(world: &World, events: &[Event]) -> Value {
     };
     json!({
         "cycles": world.cycle().0,
-        "objects": world.ids().map(object).collect::<Vec<_>>(),
+        "objects": world.ids().into_iter().map(object).collect::<Vec<_>>(),
         "events": events.iter().map(event).collect::<Vec<_>>(),
         "hash": format!("{:016x}", world.digest()),
     })
