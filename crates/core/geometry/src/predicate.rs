@@ -43,7 +43,11 @@ impl Anchor {
 
     /// A bound of the error of each component of the rounded place.
     fn error(&self) -> f64 {
-        if self.time == self.since || self.velocity == DVec2::ZERO { 0.0 } else { 4.0 * U * (norm(self.point) + 2.0 * norm(self.velocity)) }
+        if self.time == self.since || self.velocity == DVec2::ZERO {
+            0.0
+        } else {
+            4.0 * U * (norm(self.point) + 2.0 * norm(self.velocity))
+        }
     }
 
     fn exact(&self) -> ExactVector {
@@ -74,35 +78,11 @@ impl Pair {
         Self { a, b, radii, d, d_error, w: b.velocity - a.velocity, reach: radii.0 + radii.1 }
     }
 
-    /// Whether the circles come nearer than touching within `span` from now on, both on their lines: `d · w < 0` and
-    /// `w² R² > (d × w)²`, and at the end `(d + w s) · w >= 0` or `|d + w s| < R`. By rounded numbers alone; `None`
-    /// where those cannot tell.
+    /// As [`Encounter::enters`].
     #[inline]
     pub(crate) fn enters_plainly(&self, span: f64) -> Option<bool> {
         let Self { d, w, reach, d_error, .. } = *self;
-        let (d_norm, w_norm) = (norm(d), norm(w));
-        let (approach, cross, square) = (d.dot(w), d.perp_dot(w), w.dot(w));
-        let product_error = w_norm * (d_error + 6.0 * U * d_norm);
-        let (swept, missed) = (square * (reach * reach), cross * cross);
-        let crossing = swept - missed;
-        let crossing_error =
-            12.0 * U * (swept + missed) + 4.0 * product_error * (cross.abs() + product_error);
-        if approach > product_error || crossing < -crossing_error {
-            return Some(false);
-        }
-        if approach >= -product_error || crossing <= crossing_error {
-            return None;
-        }
-        let after = approach + square * span;
-        let after_error = product_error + 8.0 * U * square * span;
-        let end = d + w * span;
-        let end_error = d_error + 6.0 * U * (d_norm + w_norm * span);
-        let gap = end.dot(end) - reach * reach;
-        let gap_error = 4.0 * end_error * (norm(end) + end_error) + 6.0 * U * (end.dot(end) + reach * reach);
-        if after > after_error || gap < -gap_error {
-            return Some(true);
-        }
-        (after < -after_error && gap > gap_error).then_some(false)
+        Encounter { d, d_error, w, reach }.enters(span)
     }
 
     /// The sign of `d · w`: negative where the circles approach.
@@ -155,6 +135,55 @@ impl Pair {
 
     fn exact_reach(&self) -> Exact {
         Exact::new(self.radii.0) + Exact::new(self.radii.1)
+    }
+}
+
+/// As [`Encounter::enters`] within a cycle, for two circles whose offset was taken from exact points.
+#[inline]
+pub(crate) fn enters_from(d: DVec2, w: DVec2, reach: f64) -> Option<bool> {
+    Encounter { d, d_error: U * norm(d), w, reach }.enters(1.0)
+}
+
+/// Two circles on straight lines, at one time, in rounded numbers; symbols as in [`Pair`].
+#[derive(Clone, Copy)]
+struct Encounter {
+    d: DVec2,
+    /// A bound of the error of each component of `d`.
+    d_error: f64,
+    w: DVec2,
+    reach: f64,
+}
+
+impl Encounter {
+    /// Whether the circles come nearer than touching within `span` from now on, both on their lines: `d · w < 0` and
+    /// `w² R² > (d × w)²`, and at the end `(d + w s) · w >= 0` or `|d + w s| < R`. By rounded numbers alone; `None`
+    /// where those cannot tell.
+    #[inline]
+    fn enters(self, span: f64) -> Option<bool> {
+        let Self { d, w, reach, d_error } = self;
+        let (d_norm, w_norm) = (norm(d), norm(w));
+        let (approach, cross, square) = (d.dot(w), d.perp_dot(w), w.dot(w));
+        let product_error = w_norm * (d_error + 6.0 * U * d_norm);
+        let (swept, missed) = (square * (reach * reach), cross * cross);
+        let crossing = swept - missed;
+        let crossing_error =
+            12.0 * U * (swept + missed) + 4.0 * product_error * (cross.abs() + product_error);
+        if approach > product_error || crossing < -crossing_error {
+            return Some(false);
+        }
+        if approach >= -product_error || crossing <= crossing_error {
+            return None;
+        }
+        let after = approach + square * span;
+        let after_error = product_error + 8.0 * U * square * span;
+        let end = d + w * span;
+        let end_error = d_error + 6.0 * U * (d_norm + w_norm * span);
+        let gap = end.dot(end) - reach * reach;
+        let gap_error = 4.0 * end_error * (norm(end) + end_error) + 6.0 * U * (end.dot(end) + reach * reach);
+        if after > after_error || gap < -gap_error {
+            return Some(true);
+        }
+        (after < -after_error && gap > gap_error).then_some(false)
     }
 }
 

@@ -28,6 +28,8 @@ pub trait Scalar:
     const ZERO: Self;
     /// One.
     const ONE: Self;
+    /// Positive infinity: later than any time.
+    const INFINITY: Self;
     /// The unit roundoff: half the distance from 1 to the next larger number, the largest relative error of
     /// one rounded operation.
     const ROUNDOFF: Self;
@@ -137,6 +139,7 @@ macro_rules! scalar {
 
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
+            const INFINITY: Self = $scalar::INFINITY;
             const ROUNDOFF: Self = $scalar::EPSILON / 2.0;
 
             fn from_f64(value: f64) -> Self {

@@ -12,7 +12,7 @@ use maniple_geometry::{Planar, Scalar};
 
 use crate::graph::Setting;
 use crate::runner::{Runner, Track};
-use crate::solve::{Solver, first_contact};
+use crate::solve::{Links, Solver, first_contact};
 use crate::track::Stage;
 
 /// How often an object can be pulled back before it is at its start: the steps are 4, 8, 16… roundoffs of the cycle,
@@ -29,42 +29,50 @@ impl<S: Scalar> Solver<S> {
         for edge in 0..self.edges.len() {
             self.judge(self.edges[edge], setting.skin);
         }
-        for runner in (0u32..).take(self.runners.len()) {
-            let this = &self.runners[runner as usize];
+        for index in self.here.clone() {
+            let this = &self.runners[index];
             let is_suspect =
                 this.ends_near || this.halt.is_some() || matches!(this.track, Track::Turning(..));
             if is_suspect && overlaps_anything_at_rest(this, setting) {
-                self.failed.push(runner);
+                self.failed.push(u32::try_from(index).expect("objects have u32 ids"));
             }
         }
         while !self.failed.is_empty() {
-            self.failed.sort_unstable();
-            self.failed.dedup();
-            self.suspects.clear();
-            let mut failed = std::mem::take(&mut self.failed);
-            for &runner in &failed {
-                let this = &mut self.runners[runner as usize];
-                this.retreat(&self.arena);
-                assert!(this.retreats <= RETREATS_MAX, "retreats reach the start");
-            }
-            let mut suspects = std::mem::take(&mut self.suspects);
-            suspects.extend(failed.iter().flat_map(|&runner| self.links_of(runner)));
-            suspects.sort_unstable();
-            suspects.dedup();
-            let pulled_back = failed.len();
-            std::mem::swap(&mut self.failed, &mut failed);
-            for &edge in &suspects {
-                self.judge(self.edges[edge as usize], setting.skin);
-            }
-            for index in 0..pulled_back {
-                let runner = self.failed[index];
-                if overlaps_anything_at_rest(&self.runners[runner as usize], setting) {
-                    self.failed.push(runner);
-                }
-            }
-            self.failed.drain(..pulled_back);
-            self.suspects = suspects;
+            self.pull_back(setting);
         }
+    }
+
+    /// Pulls all who failed back, and finds out who fails then.
+    fn pull_back(&mut self, setting: &Setting<'_, S>) {
+        let mut failed = std::mem::take(&mut self.failed);
+        let mut suspects = std::mem::take(&mut self.suspects);
+        failed.sort_unstable();
+        failed.dedup();
+        suspects.clear();
+        for &runner in &failed {
+            let this = &mut self.runners[runner as usize];
+            this.retreat(&self.arena);
+            assert!(this.retreats <= RETREATS_MAX, "retreats reach the start");
+            let is_in = |&edge: &u32| {
+                let (a, b) = self.edges[edge as usize];
+                a == runner || b == runner
+            };
+            match self.links_of(runner) {
+                Links::All(edges) => suspects.extend(edges.filter(is_in)),
+                Links::Listed(edges) => suspects.extend_from_slice(edges),
+            }
+        }
+        suspects.sort_unstable();
+        suspects.dedup();
+        for &edge in &suspects {
+            self.judge(self.edges[edge as usize], setting.skin);
+        }
+        for &runner in &failed {
+            if overlaps_anything_at_rest(&self.runners[runner as usize], setting) {
+                self.failed.push(runner);
+            }
+        }
+        self.suspects = suspects;
     }
 
     /// Adds who of a pair has to be pulled back, if it fails.

@@ -2,7 +2,9 @@
 
 use maniple_geometry::Scalar;
 
+use crate::event::EventKind;
 use crate::graph::{Edge, FixedHit, Graph};
+use crate::runner::Halt;
 
 /// As a mark or a place: none yet.
 const NONE: u32 = u32::MAX;
@@ -14,7 +16,7 @@ const NONE: u32 = u32::MAX;
 pub(crate) struct Components<S: Scalar> {
     /// For each node another one of its component, nearer to the root, which is its own parent.
     parents: Vec<u32>,
-    /// For each root the number of its component, if something may happen there.
+    /// For each node the number of its component, if something may happen there.
     marks: Vec<u32>,
     /// For each node its place in its component.
     places: Vec<u32>,
@@ -22,10 +24,8 @@ pub(crate) struct Components<S: Scalar> {
     pub(crate) count: usize,
     /// The nodes of each.
     pub(crate) nodes: Grouped<u32>,
-    /// The pairs of each whose spheres intersect, as places.
-    pub(crate) edges: Grouped<Edge>,
-    /// Collisions ahead of pairs, as places.
-    pub(crate) hits: Grouped<(Edge, S)>,
+    /// The pairs of each whose spheres intersect, as places, and when they collide if nobody is stopped.
+    pub(crate) edges: Grouped<(Edge, Option<S>)>,
     /// Collisions ahead with something at rest; the node is a place.
     pub(crate) fixed: Grouped<FixedHit<S>>,
     /// Places of those who end near something at rest, or turn.
@@ -41,7 +41,6 @@ impl<S: Scalar> Components<S> {
             count: 0,
             nodes: Grouped::default(),
             edges: Grouped::default(),
-            hits: Grouped::default(),
             fixed: Grouped::default(),
             watched: Grouped::default(),
         }
@@ -68,15 +67,16 @@ impl<S: Scalar> Components<S> {
         sizes.into_iter().max().unwrap_or(0)
     }
 
-    /// Gives numbers to the components in which something may happen.
+    /// Gives numbers to the components in which something may happen, and says for each node which is its own.
     fn mark(&mut self, nodes: usize, graphs: &[Graph<S>]) {
         self.marks.clear();
         self.marks.resize(nodes, NONE);
         let mut marked = 0;
         for graph in graphs {
-            let pairs = graph.hits.iter().map(|hit| hit.0.0).chain(graph.close.iter().map(|edge| edge.0));
+            let pairs = graph.hits.iter().map(|hit| graph.edges[hit.0 as usize].0);
+            let close = graph.close.iter().map(|edge| edge.0);
             let lone = graph.fixed.iter().map(|hit| hit.node).chain(graph.watched.iter().copied());
-            for node in pairs.chain(lone) {
+            for node in pairs.chain(close).chain(lone) {
                 let root = self.root_halving(node);
                 let mark = &mut self.marks[root as usize];
                 if *mark == NONE {
@@ -87,91 +87,65 @@ impl<S: Scalar> Components<S> {
         }
         self.nodes.begin(marked as usize);
         self.edges.begin(marked as usize);
-        self.hits.begin(marked as usize);
         self.fixed.begin(marked as usize);
         self.watched.begin(marked as usize);
         self.places.clear();
         self.places.resize(nodes, NONE);
+        for node in 0..nodes {
+            // A parent is smaller than its child, so it is a child of the root itself by now.
+            let root = self.parents[self.parents[node] as usize];
+            self.parents[node] = root;
+            let mark = self.marks[root as usize];
+            if mark != NONE {
+                self.marks[node] = mark;
+                self.places[node] = self.nodes.count(mark);
+            }
+        }
     }
 
     fn group(&mut self, graphs: &[Graph<S>]) {
+        let Self { marks, places, nodes, edges, fixed, watched, .. } = self;
         for graph in graphs {
-            for &(a, b) in &graph.edges {
-                let mark = self.mark_of(a);
-                if mark != NONE {
-                    self.edges.count(mark);
-                    self.take_place(a, mark);
-                    self.take_place(b, mark);
+            for &(a, _) in &graph.edges {
+                if marks[a as usize] != NONE {
+                    edges.count(marks[a as usize]);
                 }
             }
-            for hit in &graph.hits {
-                let mark = self.mark_of(hit.0.0);
-                self.hits.count(mark);
-            }
             for hit in &graph.fixed {
-                let mark = self.mark_of(hit.node);
-                self.fixed.count(mark);
-                self.take_place(hit.node, mark);
+                fixed.count(marks[hit.node as usize]);
             }
             for &node in &graph.watched {
-                let mark = self.mark_of(node);
-                self.watched.count(mark);
-                self.take_place(node, mark);
+                watched.count(marks[node as usize]);
             }
         }
-        self.nodes.lay_out(0);
-        self.edges.lay_out((0, 0));
-        self.hits.lay_out(((0, 0), S::ZERO));
-        let nobody = crate::runner::Halt { kind: crate::event::EventKind::Edge, other: None };
-        self.fixed.lay_out(FixedHit { node: 0, time: S::ZERO, halt: nobody });
-        self.watched.lay_out(0);
+        nodes.lay_out(0);
+        edges.lay_out(((0, 0), None));
+        let nobody = Halt { kind: EventKind::Edge, other: None };
+        fixed.lay_out(FixedHit { node: 0, time: S::ZERO, halt: nobody });
+        watched.lay_out(0);
+        for (node, (&mark, &place)) in (0u32..).zip(marks.iter().zip(places.iter())) {
+            if mark != NONE {
+                nodes.set(mark, place, node);
+            }
+        }
+        nodes.close();
         for graph in graphs {
-            for &(a, b) in &graph.edges {
-                let mark = self.mark_of(a);
-                if mark != NONE {
-                    self.seat(a, mark);
-                    self.seat(b, mark);
-                    self.edges.push(mark, self.as_places((a, b)));
+            let mut ahead = graph.hits.iter().peekable();
+            for (number, &(a, b)) in (0u32..).zip(&graph.edges) {
+                let mark = marks[a as usize];
+                if mark == NONE {
+                    continue;
                 }
-            }
-            for &(edge, time) in &graph.hits {
-                self.hits.push(self.mark_of_seated(edge.0), (self.as_places(edge), time));
+                let time = ahead.next_if(|hit| hit.0 == number).map(|hit| hit.1);
+                edges.push(mark, ((places[a as usize], places[b as usize]), time));
             }
             for hit in &graph.fixed {
-                let mark = self.mark_of(hit.node);
-                self.seat(hit.node, mark);
-                self.fixed.push(mark, FixedHit { node: self.places[hit.node as usize], ..*hit });
+                fixed.push(marks[hit.node as usize], FixedHit { node: places[hit.node as usize], ..*hit });
             }
             for &node in &graph.watched {
-                let mark = self.mark_of(node);
-                self.seat(node, mark);
-                self.watched.push(mark, self.places[node as usize]);
+                watched.push(marks[node as usize], places[node as usize]);
             }
         }
-        self.nodes.close();
-    }
-
-    fn take_place(&mut self, node: u32, mark: u32) {
-        if self.places[node as usize] == NONE {
-            self.places[node as usize] = self.nodes.count(mark);
-        }
-    }
-
-    fn seat(&mut self, node: u32, mark: u32) {
-        self.nodes.set(mark, self.places[node as usize], node);
-    }
-
-    fn as_places(&self, (a, b): Edge) -> Edge {
-        (self.places[a as usize], self.places[b as usize])
-    }
-
-    fn mark_of(&mut self, node: u32) -> u32 {
-        let root = self.root_halving(node);
-        self.marks[root as usize]
-    }
-
-    fn mark_of_seated(&self, node: u32) -> u32 {
-        self.marks[self.root(node) as usize]
     }
 
     /// Joins the components of two nodes; returns whether they were two. Union-find with path halving, always towards
@@ -204,7 +178,6 @@ impl<S: Scalar> Components<S> {
         size_of::<u32>() * (self.parents.capacity() + self.marks.capacity() + self.places.capacity())
             + self.nodes.bytes()
             + self.edges.bytes()
-            + self.hits.bytes()
             + self.fixed.bytes()
             + self.watched.bytes()
     }

@@ -1,7 +1,7 @@
 //! The motion-sphere intersection graph: who is near whom, and which collisions lie ahead if nobody is stopped.
 
 use glam::DVec2;
-use maniple_geometry::contact::{Mover, Window, circle_contact, segment_contact};
+use maniple_geometry::contact::{Mover, Window, circle_contact, segment_contact, straight_contact};
 use maniple_geometry::{Circle, Cycle, ObjectId, Piece, Planar, Scalar, Segment};
 
 use crate::bands::Bands;
@@ -48,8 +48,8 @@ pub(crate) struct FixedHit<S: Scalar> {
 pub(crate) struct Graph<S: Scalar> {
     /// Pairs whose spheres intersect.
     pub(crate) edges: Vec<Edge>,
-    /// Collisions of pairs, and when.
-    pub(crate) hits: Vec<(Edge, S)>,
+    /// Collisions of pairs, in the order of the edges: the number of the edge, and when.
+    pub(crate) hits: Vec<(u32, S)>,
     /// Pairs that come up in no hit but have to be looked at: they end near each other, or one of them turns.
     pub(crate) close: Vec<Edge>,
     /// The first collision of each object that goes straight with anything at rest.
@@ -128,24 +128,18 @@ impl<S: Scalar> Graph<S> {
                 if setting.is_layered && !objects.layers[a as usize].share(objects.layers[b as usize]) {
                     continue;
                 }
+                let number = u32::try_from(self.edges.len()).expect("edges are numbered with 32 bits");
                 self.edges.push(edge);
                 let (first, second) = (&objects.states[a as usize], &objects.states[b as usize]);
                 if turns {
                     self.close.push(edge);
                     continue;
                 }
-                let pieces = (
-                    straight(first.position(cycle), first.velocity),
-                    straight(second.position(cycle), second.velocity),
-                );
-                let movers = (
-                    Mover { piece: &pieces.0, radius: first.radius },
-                    Mover { piece: &pieces.1, radius: second.radius },
-                );
-                match circle_contact(movers.0, movers.1, whole_cycle(skin)) {
-                    Some(time) => self.hits.push((edge, time)),
+                let (first, second) = (first.straight(cycle), second.straight(cycle));
+                match straight_contact(&first, &second, skin) {
+                    Some(time) => self.hits.push((number, time)),
                     None => {
-                        let between = pieces.1.point + second.velocity - (pieces.0.point + first.velocity);
+                        let between = second.point + second.velocity - (first.point + first.velocity);
                         let near = first.radius + second.radius + skin + skin;
                         if between.dot(between) < near * near {
                             self.close.push(edge);
@@ -189,7 +183,7 @@ impl<S: Scalar> Graph<S> {
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
         size_of::<Edge>() * (self.edges.capacity() + self.close.capacity() + self.pairs.capacity())
-            + size_of::<(Edge, S)>() * self.hits.capacity()
+            + size_of::<(u32, S)>() * self.hits.capacity()
             + size_of::<FixedHit<S>>() * self.fixed.capacity()
             + size_of::<u32>() * self.watched.capacity()
     }
@@ -285,9 +279,4 @@ fn is_box_clear<S: Scalar>(from: S::Vector, to: S::Vector, segment: &Segment<S>,
         |a: S, b: S, c: S, d: S| a.lesser(b) > c.greater(d) + reach || a.greater(b) < c.lesser(d) - reach;
     apart(from.x(), to.x(), segment.start.x(), segment.end.x())
         || apart(from.y(), to.y(), segment.start.y(), segment.end.y())
-}
-
-/// The window of a whole cycle.
-pub(crate) fn whole_cycle<S: Scalar>(skin: S) -> Window<S> {
-    Window { from: S::ZERO, to: S::ONE, skin }
 }

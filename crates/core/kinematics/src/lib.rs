@@ -1,5 +1,6 @@
 //! One cycle of circles that go straight and stop when they would overlap something, exactly.
 
+mod agenda;
 mod audit;
 mod bands;
 mod batch;

@@ -1,11 +1,9 @@
 //! The events of one component, earliest first.
 
-use std::cmp::{Ordering, Reverse};
-use std::collections::BinaryHeap;
-
 use maniple_geometry::contact::{Mover, Window, circle_contact, is_advancing};
 use maniple_geometry::{Piece, Planar, Scalar};
 
+use crate::agenda::{Agenda, FEW};
 use crate::components::Components;
 use crate::event::EventKind;
 use crate::graph::{Around, Edge, Setting};
@@ -28,56 +26,26 @@ pub enum Stops {
     Approaching,
 }
 
-/// A collision to come, valid as long as neither partner has been stopped since it was predicted.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Hit<S: Scalar> {
-    time: S,
-    runner: u32,
-    target: Target,
-    /// Which of the partners had been stopped when the hit was predicted.
-    stopped: (bool, bool),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Target {
-    Runner(u32),
-    /// Something at rest: the place in the list of first collisions with such.
-    Fixed(u32),
-}
-
-impl<S: Scalar> Eq for Hit<S> {}
-
-impl<S: Scalar> PartialOrd for Hit<S> {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl<S: Scalar> Ord for Hit<S> {
-    fn cmp(&self, other: &Self) -> Ordering {
-        let by_time = self.time.partial_cmp(&other.time).expect("times are numbers");
-        by_time.then((self.runner, self.target).cmp(&(other.runner, other.target)))
-    }
-}
-
 /// What one thread needs to solve components, one after the other; kept for its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Solver<S: Scalar> {
+    /// The runners of some components, those of one component one behind the other.
     pub(crate) runners: Vec<Runner<S>>,
-    /// The runners of some components, as they begin.
-    block: Vec<Runner<S>>,
+    /// Which of them are in the component that is being solved.
+    pub(crate) here: std::ops::Range<usize>,
     /// The stages of the tracks that turn.
     pub(crate) arena: Vec<Stage<S>>,
     /// Pairs of runners whose spheres intersect.
     pub(crate) edges: Vec<Edge>,
-    /// For each runner the edges that it is in: those from one start to the next.
+    /// Who collides with something at rest, and why it stops then.
+    fixed: Vec<(u32, Halt)>,
+    /// When the edges collide, and behind them the fixed.
+    agenda: Agenda<S>,
+    /// Where there are many edges: for each runner the edges that it is in, those from one start to the next.
     links: Vec<u32>,
     link_starts: Vec<u32>,
-    fixed: Vec<Halt>,
-    queue: BinaryHeap<Reverse<Hit<S>>>,
-    generation: Vec<Hit<S>>,
+    generation: Vec<u32>,
     halts: Vec<(u32, Halt)>,
-    changed: Vec<u32>,
     pub(crate) suspects: Vec<u32>,
     pub(crate) failed: Vec<u32>,
     /// What became of the runners of all components that were solved in this cycle.
@@ -88,16 +56,15 @@ impl<S: Scalar> Solver<S> {
     pub(crate) fn new() -> Self {
         Self {
             runners: Vec::new(),
-            block: Vec::new(),
+            here: 0..0,
             arena: Vec::new(),
             edges: Vec::new(),
+            fixed: Vec::new(),
+            agenda: Agenda::new(),
             links: Vec::new(),
             link_starts: Vec::new(),
-            fixed: Vec::new(),
-            queue: BinaryHeap::new(),
             generation: Vec::new(),
             halts: Vec::new(),
-            changed: Vec::new(),
             suspects: Vec::new(),
             failed: Vec::new(),
             outcome: Outcome::new(),
@@ -114,17 +81,14 @@ impl<S: Scalar> Solver<S> {
         for first in range.clone().step_by(COMPONENTS_AT_ONCE) {
             let block = first..range.end.min(first + COMPONENTS_AT_ONCE);
             self.arena.clear();
-            self.block.clear();
+            self.runners.clear();
             for &node in block.clone().flat_map(|component| components.nodes.group(component)) {
                 self.add_runner(setting.bands.tag_of(node, 0), setting);
             }
-            let mut done = 0;
+            self.here = 0..0;
             for component in block {
-                let end = done + components.nodes.group(component).len();
-                self.runners.clear();
-                self.runners.extend_from_slice(&self.block[done..end]);
+                self.here = self.here.end..self.here.end + components.nodes.group(component).len();
                 self.solve_component(components, component, setting);
-                done = end;
             }
         }
     }
@@ -133,64 +97,74 @@ impl<S: Scalar> Solver<S> {
     /// and adds what became of everybody to the outcome.
     fn solve_component(&mut self, components: &Components<S>, component: usize, setting: &Setting<'_, S>) {
         self.begin(components, component, setting);
-        self.link();
+        self.generation.clear();
         // Every generation stops at least one object for the rest of the cycle or drops a hit between two that
         // have both come to rest, so there are no more than objects and hits.
-        while let Some(Reverse(Hit { time, .. })) = self.queue.peek().copied() {
-            self.take_generation(time);
+        while let Some(time) = self.agenda.take_first(&mut self.generation) {
             self.find_halts(setting.stops, time);
-            for &(runner, halt) in &self.halts {
-                self.runners[runner as usize].stop(time, halt, &self.arena);
-            }
-            self.find_changed();
-            for index in 0..self.changed.len() {
-                let edge = self.edges[self.changed[index] as usize];
-                self.predict(edge, time, setting.skin);
-            }
+            self.stop_all(time);
+            self.predict_anew(time, setting.skin);
+            self.generation.clear();
         }
         self.certify(setting);
-        for runner in &self.runners {
-            self.outcome.add(runner, &self.arena, setting);
+        for index in self.here.clone() {
+            self.outcome.add(&self.runners[index], &self.arena, setting);
         }
     }
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        let words = self.links.capacity() + self.link_starts.capacity() + self.changed.capacity();
+        let words = self.links.capacity() + self.link_starts.capacity() + self.generation.capacity();
         size_of::<u32>() * (words + self.suspects.capacity() + self.failed.capacity())
-            + size_of::<Runner<S>>() * (self.runners.capacity() + self.block.capacity())
+            + size_of::<Runner<S>>() * self.runners.capacity()
             + size_of::<Stage<S>>() * self.arena.capacity()
             + size_of::<Edge>() * self.edges.capacity()
-            + size_of::<Hit<S>>() * (self.queue.capacity() + self.generation.capacity())
-            + size_of::<Halt>() * self.fixed.capacity()
-            + size_of::<(u32, Halt)>() * self.halts.capacity()
+            + size_of::<(u32, Halt)>() * (self.fixed.capacity() + self.halts.capacity())
+            + self.agenda.bytes()
             + self.outcome.bytes()
     }
 
-    /// Returns the edges of a runner, as places in the list of edges.
-    pub(crate) fn links_of(&self, runner: u32) -> &[u32] {
-        let (from, to) = (self.link_starts[runner as usize], self.link_starts[runner as usize + 1]);
-        &self.links[from as usize..to as usize]
+    /// Returns the edges that a runner is in, perhaps among others.
+    pub(crate) fn links_of(&self, runner: u32) -> Links<'_> {
+        if self.edges.len() <= FEW {
+            return Links::All(0..u32::try_from(self.edges.len()).expect("few"));
+        }
+        let place = runner as usize - self.here.start;
+        let (from, to) = (self.link_starts[place], self.link_starts[place + 1]);
+        Links::Listed(&self.links[from as usize..to as usize])
     }
 
     /// Takes over what is known to lie ahead of the runners of a component.
     fn begin(&mut self, components: &Components<S>, component: usize, setting: &Setting<'_, S>) {
-        self.fixed.clear();
+        let base = u32::try_from(self.here.start).expect("objects have u32 ids");
         self.edges.clear();
-        self.edges.extend_from_slice(components.edges.group(component));
-        for &((a, b), time) in components.hits.group(component) {
-            let hit = Hit { time, runner: a, target: Target::Runner(b), stopped: (false, false) };
-            self.queue.push(Reverse(hit));
-        }
+        let ahead = components.edges.group(component);
+        self.edges.extend(ahead.iter().map(|&((a, b), _)| (a + base, b + base)));
+        self.fixed.clear();
         for hit in components.fixed.group(component) {
-            self.add_fixed(hit.node, hit.time, hit.halt);
+            self.fixed.push((hit.node + base, hit.halt));
         }
         for &runner in components.watched.group(component) {
-            self.runners[runner as usize].ends_near = true;
+            self.runners[(runner + base) as usize].ends_near = true;
         }
-        if !self.arena.is_empty() {
+        let turns = |runner: &Runner<S>| matches!(runner.track, Track::Turning(..));
+        let anybody_turns = !self.arena.is_empty() && self.runners[self.here.clone()].iter().any(turns);
+        let turning = if anybody_turns { self.here.len() } else { 0 };
+        self.agenda.begin(self.edges.len() + self.fixed.len() + turning);
+        for (edge, &(_, time)) in (0u32..).zip(ahead) {
+            self.agenda.set(edge, time);
+        }
+        for (place, hit) in (0u32..).zip(components.fixed.group(component)) {
+            self.agenda.set(self.item_of_fixed(place), Some(hit.time));
+        }
+        self.link();
+        if anybody_turns {
             self.predict_turning(setting);
         }
+    }
+
+    fn item_of_fixed(&self, place: u32) -> u32 {
+        u32::try_from(self.edges.len()).expect("edges are numbered with 32 bits") + place
     }
 
     fn add_runner(&mut self, tag: Tag, setting: &Setting<'_, S>) {
@@ -206,7 +180,7 @@ impl<S: Scalar> Solver<S> {
             let point = state.position(setting.cycle);
             (Track::Straight { point, velocity: motion.velocity }, motion)
         };
-        self.block.push(Runner {
+        self.runners.push(Runner {
             slot,
             id: setting.objects.intents[slot as usize].id,
             radius: state.radius,
@@ -221,48 +195,46 @@ impl<S: Scalar> Solver<S> {
         });
     }
 
-    fn add_fixed(&mut self, runner: u32, time: S, halt: Halt) {
-        let place = u32::try_from(self.fixed.len()).expect("fewer than runners");
-        self.fixed.push(halt);
-        let target = Target::Fixed(place);
-        self.queue.push(Reverse(Hit { time, runner, target, stopped: (false, false) }));
-    }
-
     /// Predicts what the graph leaves to the solver: the collisions of those who turn.
     fn predict_turning(&mut self, setting: &Setting<'_, S>) {
         let turns = |runner: &Runner<S>| matches!(runner.track, Track::Turning(..));
-        for index in 0..self.edges.len() {
-            let (a, b) = self.edges[index];
+        for edge in (0u32..).take(self.edges.len()) {
+            let (a, b) = self.edges[edge as usize];
             if turns(&self.runners[a as usize]) || turns(&self.runners[b as usize]) {
-                self.predict((a, b), S::ZERO, setting.skin);
+                self.predict(edge, S::ZERO, setting.skin);
             }
         }
-        for runner in (0u32..).take(self.runners.len()) {
-            let this = self.runners[runner as usize];
+        for index in self.here.clone() {
+            let this = self.runners[index];
             if !turns(&this) {
                 continue;
             }
             let mut around = Around::new(this.slot, this.radius, setting);
             for stage in this.stages(&self.arena).iter().filter(|stage| stage.piece.is_moving()) {
                 let piece = &stage.piece;
-                let way = (piece.position(piece.until) - piece.point) * S::ONE;
+                let way = piece.position(piece.until) - piece.point;
                 let reach = f64::from(straight_reach(way, this.radius, setting.objects.margin));
                 around.meet(piece, reach, setting);
             }
             if let Some((time, halt)) = around.first {
-                self.add_fixed(runner, time, halt);
+                let place = u32::try_from(self.fixed.len()).expect("fewer than runners");
+                self.fixed.push((u32::try_from(index).expect("objects have u32 ids"), halt));
+                self.agenda.set(self.item_of_fixed(place), Some(time));
             }
         }
     }
 
-    /// Lists for each runner the edges that it is in.
+    /// Lists for each runner the edges that it is in, if they are many.
     fn link(&mut self) {
-        let Self { edges, links, link_starts, runners, .. } = self;
+        let Self { edges, links, link_starts, here, .. } = self;
+        if edges.len() <= FEW {
+            return;
+        }
         link_starts.clear();
-        link_starts.resize(runners.len() + 2, 0);
+        link_starts.resize(here.len() + 2, 0);
         for &(a, b) in edges.iter() {
-            link_starts[a as usize + 2] += 1;
-            link_starts[b as usize + 2] += 1;
+            link_starts[a as usize - here.start + 2] += 1;
+            link_starts[b as usize - here.start + 2] += 1;
         }
         for place in 2..link_starts.len() {
             link_starts[place] += link_starts[place - 1];
@@ -271,42 +243,29 @@ impl<S: Scalar> Solver<S> {
         links.resize(2 * edges.len(), 0);
         for (edge, &(a, b)) in (0u32..).zip(edges.iter()) {
             for runner in [a, b] {
-                let place = &mut link_starts[runner as usize + 1];
+                let place = &mut link_starts[runner as usize - here.start + 1];
                 links[*place as usize] = edge;
                 *place += 1;
             }
         }
     }
 
-    /// All hits of one time that are still valid. Taking them together makes a tie rule unnecessary.
-    fn take_generation(&mut self, time: S) {
-        self.generation.clear();
-        while let Some(Reverse(hit)) = self.queue.peek().copied().filter(|Reverse(hit)| hit.time == time) {
-            self.queue.pop();
-            let stopped = |runner: u32| self.runners[runner as usize].halt.is_some();
-            let now = match hit.target {
-                Target::Runner(other) => (stopped(hit.runner), stopped(other)),
-                Target::Fixed(_) => (stopped(hit.runner), false),
-            };
-            if hit.stopped == now {
-                self.generation.push(hit);
-            }
-        }
-    }
-
-    /// Who stops in a generation, and why; the order of the hits does not matter.
+    /// Who stops in a generation, and why; the order of the hits does not matter. Taking all of one time together makes
+    /// a tie rule unnecessary.
     fn find_halts(&mut self, stops: Stops, time: S) {
-        let Self { generation, halts, runners, arena, fixed, .. } = self;
+        let Self { generation, halts, runners, arena, fixed, edges, .. } = self;
         halts.clear();
-        for hit in generation.iter() {
-            match hit.target {
-                Target::Fixed(place) => {
-                    if runners[hit.runner as usize].is_moving(time, arena) {
-                        halts.push((hit.runner, fixed[place as usize]));
+        for &item in generation.iter() {
+            match edges.get(item as usize) {
+                None => {
+                    let (runner, halt) = fixed[item as usize - edges.len()];
+                    let this = &runners[runner as usize];
+                    if this.halt.is_none() && this.is_moving(time, arena) {
+                        halts.push((runner, halt));
                     }
                 }
-                Target::Runner(other) => {
-                    for (runner, partner) in [(hit.runner, other), (other, hit.runner)] {
+                Some(&(a, b)) => {
+                    for (runner, partner) in [(a, b), (b, a)] {
                         let pair = (&runners[runner as usize], &runners[partner as usize]);
                         if is_stopped_by(pair, stops, time, arena) {
                             halts.push((runner, Halt { kind: EventKind::Object, other: Some(pair.1.id) }));
@@ -315,55 +274,81 @@ impl<S: Scalar> Solver<S> {
                 }
             }
         }
-        halts.sort_unstable_by_key(|halt| halt.0);
-        halts.dedup_by(|next, kept| {
-            let same = next.0 == kept.0;
-            if same {
-                kept.1 = kept.1.merged(next.1);
-            }
-            same
-        });
     }
 
-    /// The edges whose next collision has to be predicted anew: those of the stopped, and those whose hit was taken.
-    fn find_changed(&mut self) {
-        self.changed.clear();
+    /// Stops those of a generation, each for the reason that comes first.
+    fn stop_all(&mut self, time: S) {
+        if self.halts.len() > 2 {
+            self.halts.sort_unstable_by_key(|halt| halt.0);
+            self.halts.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                if same {
+                    kept.1 = kept.1.merged(next.1);
+                }
+                same
+            });
+        } else if let [first, second] = self.halts[..]
+            && first.0 == second.0
+        {
+            self.halts.truncate(1);
+            self.halts[0].1 = first.1.merged(second.1);
+        }
+        for &(runner, halt) in &self.halts {
+            self.runners[runner as usize].stop(time, halt, &self.arena);
+        }
+    }
+
+    /// Predicts the next collisions of the stopped with their neighbours, and of pairs whose collision stopped neither.
+    fn predict_anew(&mut self, time: S, skin: S) {
         for index in 0..self.halts.len() {
-            let (from, to) = {
-                let runner = self.halts[index].0 as usize;
-                (self.link_starts[runner] as usize, self.link_starts[runner + 1] as usize)
-            };
-            self.changed.extend_from_slice(&self.links[from..to]);
+            let stopped = self.halts[index].0;
+            match self.links_of(stopped) {
+                Links::All(edges) => {
+                    for edge in edges {
+                        let (a, b) = self.edges[edge as usize];
+                        if a == stopped || b == stopped {
+                            self.predict(edge, time, skin);
+                        }
+                    }
+                }
+                Links::Listed(_) => {
+                    let place = stopped as usize - self.here.start;
+                    for link in self.link_starts[place]..self.link_starts[place + 1] {
+                        self.predict(self.links[link as usize], time, skin);
+                    }
+                }
+            }
         }
         for index in 0..self.generation.len() {
-            let hit = self.generation[index];
-            if let Target::Runner(other) = hit.target
-                && !self.halts.iter().any(|halt| halt.0 == hit.runner || halt.0 == other)
+            let item = self.generation[index];
+            if let Some(&(a, b)) = self.edges.get(item as usize)
+                && self.runners[a as usize].halt.is_none()
+                && self.runners[b as usize].halt.is_none()
             {
-                let edge = self.links_of(hit.runner).iter().copied().find(|&edge| {
-                    let (a, b) = self.edges[edge as usize];
-                    (a, b) == (hit.runner, other) || (b, a) == (hit.runner, other)
-                });
-                self.changed.extend(edge);
+                self.predict(item, time, skin);
             }
-        }
-        if self.halts.len() > 1 {
-            self.changed.sort_unstable();
-            self.changed.dedup();
         }
     }
 
-    /// Adds the first collision of two runners from a time on to the queue.
-    fn predict(&mut self, (a, b): Edge, from: S, skin: S) {
+    /// Puts the first collision of an edge from a time on into the agenda.
+    fn predict(&mut self, edge: u32, from: S, skin: S) {
+        let (a, b) = self.edges[edge as usize];
         let (first, second) = (&self.runners[a as usize], &self.runners[b as usize]);
-        if first.halt.is_some() && second.halt.is_some() {
-            return;
-        }
-        if let Some(time) = first_contact(first, second, (from, skin), &self.arena) {
-            let stopped = (first.halt.is_some(), second.halt.is_some());
-            self.queue.push(Reverse(Hit { time, runner: a, target: Target::Runner(b), stopped }));
-        }
+        let time = if first.halt.is_some() && second.halt.is_some() {
+            None
+        } else {
+            first_contact(first, second, (from, skin), &self.arena)
+        };
+        self.agenda.set(edge, time);
     }
+}
+
+/// The edges of a runner.
+pub(crate) enum Links<'a> {
+    /// Among all edges, which are few.
+    All(std::ops::Range<u32>),
+    /// Exactly these.
+    Listed(&'a [u32]),
 }
 
 fn is_stopped_by<S: Scalar>(

@@ -1,5 +1,6 @@
 //! What the world keeps of each object: what every cycle reads apart from what only a change reads.
 
+use maniple_geometry::contact::Straight;
 use maniple_geometry::{Cycle, Moment, Motion, ObjectId, Planar, Scalar};
 
 use crate::plan::Leg;
@@ -106,6 +107,12 @@ impl<S: Scalar> State<S> {
     /// Returns whether the track of a cycle may turn, end or begin within it.
     pub(crate) fn turns_in(&self, cycle: Cycle) -> bool {
         self.wakes <= cycle.0
+    }
+
+    /// The object in a cycle in which it goes straight on or rests.
+    #[inline]
+    pub(crate) fn straight(&self, cycle: Cycle) -> Straight<S> {
+        Straight { point: self.position(cycle), velocity: self.velocity, radius: self.radius }
     }
 
     /// Where the object is at the start of a cycle; flushed, like everything that is stored.
