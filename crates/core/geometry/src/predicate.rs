@@ -20,8 +20,14 @@ const U: f64 = f64::EPSILON / 2.0;
 #[inline]
 #[must_use]
 pub fn circles_overlap<S: Scalar>(p: S::Vector, r: S, q: S::Vector, s: S) -> bool {
-    let still = |point: S::Vector| Anchor::still(point.to_dvec2());
-    Pair::new(still(p), still(q), (r.to_f64(), s.to_f64())).gap_sign() == Ordering::Less
+    let (p, q, radii) = (p.to_dvec2(), q.to_dvec2(), (r.to_f64(), s.to_f64()));
+    let (d, reach) = (q - p, radii.0 + radii.1);
+    let (square, touching) = (d.dot(d), reach * reach);
+    // Each of the two squares has at most 3 rounded operations behind it, and two more in the components of `d`.
+    if square - touching > 8.0 * U * (square + touching) {
+        return false;
+    }
+    Pair::new(Anchor::still(p), Anchor::still(q), radii).gap_sign() == Ordering::Less
 }
 
 /// Returns whether a circle overlaps a segment: the distance from the centre is below the radius, exactly.

@@ -106,6 +106,9 @@ impl<S: Scalar> Solver<S> {
 /// Whether a runner, at the end of the cycle, overlaps a wall or an object at rest.
 fn overlaps_anything_at_rest<S: Scalar>(runner: &Runner<S>, setting: &Setting<'_, S>) -> bool {
     let (center, reach) = (runner.last.to_dvec2(), (runner.radius + setting.objects.margin).to_f64());
+    if setting.resting.is_empty() && setting.walls.is_clear(center, reach) {
+        return false;
+    }
     let mut overlaps = false;
     setting.walls.near(center, reach, |wall| {
         overlaps |= wall.layers.share(runner.layers)

@@ -89,7 +89,7 @@ impl<S: Scalar> Components<S> {
         self.edges.begin(marked as usize);
         self.fixed.begin(marked as usize);
         self.watched.begin(marked as usize);
-        self.places.clear();
+        // Only those of marked nodes are ever read.
         self.places.resize(nodes, NONE);
         for node in 0..nodes {
             // A parent is smaller than its child, so it is a child of the root itself by now.

@@ -11,7 +11,8 @@ use crate::batch::Frame;
 use crate::digest::chained;
 use crate::event::Event;
 use crate::graph::{AT_ONCE, Graph, Setting};
-use crate::outcome::{Change, sort_events};
+use crate::outcome::{Halted, Outcome, Turned};
+use crate::runner::Halt;
 use crate::solve::Solver;
 use crate::state::{NEVER, Phase};
 use crate::world::{Activity, World};
@@ -163,34 +164,33 @@ impl<S: Scalar> World<S> {
     /// Takes over what became of everybody.
     fn commit(&mut self) {
         self.events.clear();
-        for solver in &mut self.solvers {
-            let outcome = &mut solver.outcome;
-            self.events.extend_from_slice(&outcome.events);
-            self.activity.retreats += outcome.retreats;
-            for (place, &(slot, time, change)) in outcome.changes.iter().enumerate() {
-                if place % AT_ONCE == 0 {
-                    self.objects.fetch(outcome.changes[place..].iter().take(AT_ONCE).map(|change| change.0));
+        let cycle = self.cycle;
+        for Outcome { halted, turned, events, retreats } in
+            self.solvers.iter_mut().map(|solver| &mut solver.outcome)
+        {
+            self.activity.retreats += *retreats;
+            self.events.extend_from_slice(events);
+            for some in halted.chunks(AT_ONCE) {
+                self.objects.fetch(some.iter().map(|halted| halted.slot));
+                for &Halted { slot, time, point, halt: Halt { kind, other }, hash } in some {
+                    let time = time.to_f64();
+                    let object = self.objects.halt(slot, point, Moment { cycle, fraction: time }, hash);
+                    self.events.push(Event { cycle, time, object, kind, other, rests: true });
                 }
-                match change {
-                    Change::Halted { point } => {
-                        let moment = Moment { cycle: self.cycle, fraction: time.to_f64() };
-                        self.objects.set_at_rest(slot, point, moment);
-                        self.objects.clear_queue(slot);
-                    }
-                    Change::Turned { motion, leg: Some(leg), consumed } => {
-                        self.objects.set_out(slot, &motion, leg);
-                        self.objects.consume(slot, consumed as usize);
-                    }
-                    Change::Turned { motion, leg: None, consumed } => {
-                        self.objects.set_at_rest(slot, motion.start, motion.from);
-                        self.objects.consume(slot, consumed as usize);
-                    }
-                }
-                self.objects.settle(slot, self.cycle.next());
             }
-            outcome.clear();
+            for &Turned { slot, motion, leg, consumed } in turned.iter() {
+                match leg {
+                    Some(leg) => self.objects.set_out(slot, &motion, leg),
+                    None => self.objects.set_at_rest(slot, motion.start, motion.from),
+                }
+                self.objects.consume(slot, consumed);
+                self.objects.settle(slot, cycle.next());
+            }
         }
-        sort_events(&mut self.events, &mut self.spare_events, &mut self.event_keys);
+        for solver in &mut self.solvers {
+            solver.outcome.clear();
+        }
+        self.event_sorter.sort(&mut self.events);
     }
 
     fn setting(&self) -> Setting<'_, S> {

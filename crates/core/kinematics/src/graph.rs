@@ -6,7 +6,7 @@ use maniple_geometry::{Circle, Cycle, ObjectId, Piece, Planar, Scalar, Segment};
 
 use crate::bands::Bands;
 use crate::event::EventKind;
-use crate::lanes::add_pairs_of_row;
+use crate::lanes::{Pairs, add_pairs_of_row};
 use crate::objects::Objects;
 use crate::resting::Resting;
 use crate::runner::{Halt, straight};
@@ -58,7 +58,7 @@ pub(crate) struct Graph<S: Scalar> {
     pub(crate) watched: Vec<u32>,
     /// Pairs of spheres that were tested.
     pub(crate) tested: usize,
-    pairs: Vec<Edge>,
+    pairs: Pairs,
 }
 
 impl<S: Scalar> Graph<S> {
@@ -70,7 +70,7 @@ impl<S: Scalar> Graph<S> {
             fixed: Vec::new(),
             watched: Vec::new(),
             tested: 0,
-            pairs: Vec::new(),
+            pairs: Pairs::default(),
         }
     }
 
@@ -117,14 +117,14 @@ impl<S: Scalar> Graph<S> {
             let pairs = from..self.pairs.len().min(from + AT_ONCE);
             let mut known = [(0, 0, false); AT_ONCE];
             for (place, index) in pairs.clone().enumerate() {
-                let edge = self.pairs[index];
+                let edge = self.pairs.at(index);
                 let (a, b) = (setting.bands.tag_of(edge.0, band), setting.bands.tag_of(edge.1, band));
                 let (first, second) =
                     (&objects.states[a.slot() as usize], &objects.states[b.slot() as usize]);
                 known[place] = (a.slot(), b.slot(), first.turns_in(cycle) | second.turns_in(cycle));
             }
             for (index, &(a, b, turns)) in pairs.zip(&known) {
-                let edge = self.pairs[index];
+                let edge = self.pairs.at(index);
                 if setting.is_layered && !objects.layers[a as usize].share(objects.layers[b as usize]) {
                     continue;
                 }
@@ -182,7 +182,8 @@ impl<S: Scalar> Graph<S> {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of::<Edge>() * (self.edges.capacity() + self.close.capacity() + self.pairs.capacity())
+        size_of::<Edge>() * (self.edges.capacity() + self.close.capacity())
+            + self.pairs.bytes()
             + size_of::<(u32, S)>() * self.hits.capacity()
             + size_of::<FixedHit<S>>() * self.fixed.capacity()
             + size_of::<u32>() * self.watched.capacity()

@@ -9,24 +9,21 @@ use crate::graph::Edge;
 use crate::sphere::MotionSphere;
 
 /// Spheres that are tested at once.
-const LANES: u32 = 16;
+const LANES: u32 = 8;
 
 /// The pairs of a node with those nodes from `from` to `to` whose spheres intersect its own. A macro, since each form has to
 /// be compiled as a whole for the vectors of that form.
 macro_rules! add_near {
-    ($lanes:expr, $of:expr, $range:expr, $base:expr, $pairs:expr, $intersecting:path) => {{
+    ($lanes:expr, $of:expr, $range:expr, $base:expr, $pairs:expr, $form:ident) => {{
         let ((node, sphere), (from, to)) = ($of, $range);
         let mut at: u32 = from;
         while at < to {
-            let mut hits: u32 = $intersecting($lanes.block(at), sphere);
+            let mut hits: u32 = $form::intersecting($lanes.block(at), sphere);
             let left = to - at;
             if left < LANES {
                 hits &= (1 << left) - 1;
             }
-            while hits != 0 {
-                $pairs.push((node, $base + at + hits.trailing_zeros()));
-                hits &= hits - 1;
-            }
+            $form::add_hits($pairs, node, $base + at, hits);
             at += LANES;
         }
     }};
@@ -34,7 +31,7 @@ macro_rules! add_near {
 
 /// The pairs of a row of sectors; see [`add_pairs_of_row`].
 macro_rules! add_pairs {
-    ($bands:expr, $band:expr, $row:expr, $pairs:expr, $intersecting:path) => {{
+    ($bands:expr, $band:expr, $row:expr, $pairs:expr, $form:ident) => {{
         let this = &$bands.bands[$band];
         let (below, row_below) = $bands.below($band, $row);
         let below = &$bands.bands[below];
@@ -47,17 +44,17 @@ macro_rules! add_pairs {
             let (end, near) = (own[right], (next[column.saturating_sub(1)], next[right]));
             for place in from..to {
                 let of = (this.base + place, this.sphere(place));
-                add_near!(this.lanes(), of, (place + 1, end), this.base, $pairs, $intersecting);
-                add_near!(below.lanes(), of, near, below.base, $pairs, $intersecting);
+                add_near!(this.lanes(), of, (place + 1, end), this.base, $pairs, $form);
+                add_near!(below.lanes(), of, near, below.base, $pairs, $form);
                 tested += end - place - 1 + near.1 - near.0;
                 if column == last {
-                    add_near!(this.lanes(), of, (own[0], own[1]), this.base, $pairs, $intersecting);
-                    add_near!(below.lanes(), of, (next[0], next[1]), below.base, $pairs, $intersecting);
+                    add_near!(this.lanes(), of, (own[0], own[1]), this.base, $pairs, $form);
+                    add_near!(below.lanes(), of, (next[0], next[1]), below.base, $pairs, $form);
                     tested += own[1] - own[0] + next[1] - next[0];
                 }
                 if column == 0 {
                     let wrapped = (next[last], next[last + 1]);
-                    add_near!(below.lanes(), of, wrapped, below.base, $pairs, $intersecting);
+                    add_near!(below.lanes(), of, wrapped, below.base, $pairs, $form);
                     tested += wrapped.1 - wrapped.0;
                 }
             }
@@ -92,14 +89,8 @@ impl Lanes {
     }
 
     /// Adds the pairs of a node with those nodes from `from` to `to` whose spheres intersect its own.
-    pub(crate) fn add_near(
-        &self,
-        of: (u32, MotionSphere),
-        range: (u32, u32),
-        base: u32,
-        pairs: &mut Vec<Edge>,
-    ) {
-        add_near!(self, of, range, base, pairs, plain::intersecting);
+    pub(crate) fn add_near(&self, of: (u32, MotionSphere), range: (u32, u32), base: u32, pairs: &mut Pairs) {
+        add_near!(self, of, range, base, pairs, plain);
     }
 
     /// Some spheres that lie one behind the other, perhaps some of the filling among them.
@@ -121,16 +112,70 @@ impl Lanes {
 /// The later half of the neighbourhood of a sector is the sector itself, the one to the right, and the three in the row
 /// below; spheres of neighbouring sectors lie one behind the other, so these are two runs, and more only where the table
 /// wraps around. So each pair of neighbouring sectors comes up once.
-pub(crate) fn add_pairs_of_row(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<Edge>) -> usize {
+pub(crate) fn add_pairs_of_row(bands: &Bands, band: usize, row: u32, pairs: &mut Pairs) -> usize {
     #[cfg(target_arch = "x86_64")]
     if let Some(tested) = wide::add_pairs_of_row(bands, band, row, pairs) {
         return tested;
     }
-    add_pairs!(bands, band, row, pairs, plain::intersecting)
+    add_pairs!(bands, band, row, pairs, plain)
+}
+
+/// Pairs of nodes, written many at a time.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Pairs {
+    firsts: Vec<u32>,
+    seconds: Vec<u32>,
+    count: usize,
+}
+
+impl Pairs {
+    pub(crate) fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Returns a pair by its place.
+    #[inline]
+    pub(crate) fn at(&self, place: usize) -> Edge {
+        (self.firsts[place], self.seconds[place])
+    }
+
+    /// Returns room for as many pairs as there are lanes, behind those that count.
+    #[inline(always)]
+    fn room(&mut self) -> (&mut [u32; LANES as usize], &mut [u32; LANES as usize]) {
+        let end = self.count + LANES as usize;
+        if self.firsts.len() < end {
+            self.firsts.resize(2 * end, 0);
+            self.seconds.resize(2 * end, 0);
+        }
+        let firsts = (&mut self.firsts[self.count..end]).try_into().expect("as many as lanes");
+        (firsts, (&mut self.seconds[self.count..end]).try_into().expect("as many as lanes"))
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<u32>() * (self.firsts.capacity() + self.seconds.capacity())
+    }
 }
 
 mod plain {
-    use super::{LANES, MotionSphere};
+    use super::{LANES, MotionSphere, Pairs};
+
+    /// Adds the pairs of a node with those that have a bit, counted from `first` on.
+    #[inline(always)]
+    pub(super) fn add_hits(pairs: &mut Pairs, node: u32, first: u32, mut hits: u32) {
+        let (firsts, seconds) = pairs.room();
+        let mut count = 0;
+        while hits != 0 {
+            (firsts[count], seconds[count]) = (node, first + hits.trailing_zeros());
+            hits &= hits - 1;
+            count += 1;
+        }
+        pairs.count += count;
+    }
 
     /// Which of the lanes intersect a sphere, one bit each: `|c - d|² <= (R + S)²`, which needs no root.
     #[inline(always)]
@@ -147,88 +192,52 @@ mod plain {
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use std::arch::x86_64::{
-        __m256, __m512, _CMP_LE_OQ, _mm256_add_ps, _mm256_cmp_ps, _mm256_movemask_ps, _mm256_mul_ps,
-        _mm256_set_ps, _mm256_set1_ps, _mm256_setzero_ps, _mm256_sub_ps, _mm512_add_ps, _mm512_cmp_ps_mask,
-        _mm512_mul_ps, _mm512_set_ps, _mm512_set1_ps, _mm512_setzero_ps, _mm512_sub_ps,
-    };
-
-    use super::{Bands, Edge, LANES, MotionSphere};
+    use super::{Bands, Pairs};
 
     /// The widest vectors that the processor has; the standard library asks it once a process.
-    pub(super) fn add_pairs_of_row(
-        bands: &Bands,
-        band: usize,
-        row: u32,
-        pairs: &mut Vec<Edge>,
-    ) -> Option<usize> {
-        if is_x86_feature_detected!("avx512f") {
-            #[expect(
-                unsafe_code,
-                reason = "the processor was asked for exactly this feature one line above"
-            )]
-            return Some(unsafe { add_pairs_avx512(bands, band, row, pairs) });
-        }
+    pub(super) fn add_pairs_of_row(bands: &Bands, band: usize, row: u32, pairs: &mut Pairs) -> Option<usize> {
         if is_x86_feature_detected!("avx2") {
             #[expect(
                 unsafe_code,
                 reason = "the processor was asked for exactly this feature one line above"
             )]
-            return Some(unsafe { add_pairs_avx2(bands, band, row, pairs) });
+            return Some(unsafe { super::avx2::add_pairs(bands, band, row, pairs) });
         }
         None
     }
+}
 
-    #[target_feature(enable = "avx512f")]
-    fn add_pairs_avx512(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<Edge>) -> usize {
-        add_pairs!(bands, band, row, pairs, intersecting_avx512)
-    }
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use std::arch::x86_64::{
+        __m256, _CMP_LE_OQ, _mm256_add_ps, _mm256_cmp_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_set_ps,
+        _mm256_set1_ps, _mm256_setzero_ps, _mm256_sub_ps,
+    };
+
+    use super::plain::add_hits;
+    use super::{Bands, LANES, MotionSphere, Pairs, avx2};
 
     #[target_feature(enable = "avx2")]
-    fn add_pairs_avx2(bands: &Bands, band: usize, row: u32, pairs: &mut Vec<Edge>) -> usize {
-        add_pairs!(bands, band, row, pairs, intersecting_avx2)
-    }
-
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    fn intersecting_avx512([xs, ys, radii]: [&[f32; LANES as usize]; 3], sphere: MotionSphere) -> u32 {
-        let x = _mm512_sub_ps(load_16(xs), _mm512_set1_ps(sphere.x));
-        let y = _mm512_sub_ps(load_16(ys), _mm512_set1_ps(sphere.y));
-        let reach = _mm512_add_ps(load_16(radii), _mm512_set1_ps(sphere.radius));
-        let square = _mm512_add_ps(_mm512_mul_ps(x, x), _mm512_mul_ps(y, y));
-        let gap = _mm512_sub_ps(square, _mm512_mul_ps(reach, reach));
-        u32::from(_mm512_cmp_ps_mask::<_CMP_LE_OQ>(gap, _mm512_setzero_ps()))
+    pub(super) fn add_pairs(bands: &Bands, band: usize, row: u32, pairs: &mut Pairs) -> usize {
+        add_pairs!(bands, band, row, pairs, avx2)
     }
 
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn intersecting_avx2(block: [&[f32; LANES as usize]; 3], sphere: MotionSphere) -> u32 {
-        let half = |at: usize| {
-            let [xs, ys, radii] = block.map(|field| load_8(&field[at..at + 8]));
-            let x = _mm256_sub_ps(xs, _mm256_set1_ps(sphere.x));
-            let y = _mm256_sub_ps(ys, _mm256_set1_ps(sphere.y));
-            let reach = _mm256_add_ps(radii, _mm256_set1_ps(sphere.radius));
-            let square = _mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y));
-            let gap = _mm256_sub_ps(square, _mm256_mul_ps(reach, reach));
-            _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(gap, _mm256_setzero_ps())).cast_unsigned()
-        };
-        half(0) | half(8) << 8
-    }
-
-    /// Compiles to one load.
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    fn load_16(f: &[f32; 16]) -> __m512 {
-        _mm512_set_ps(
-            f[15], f[14], f[13], f[12], f[11], f[10], f[9], f[8], f[7], f[6], f[5], f[4], f[3], f[2], f[1],
-            f[0],
-        )
+    fn intersecting(block: [&[f32; LANES as usize]; 3], sphere: MotionSphere) -> u32 {
+        let [xs, ys, radii] = [load(block[0]), load(block[1]), load(block[2])];
+        let x = _mm256_sub_ps(xs, _mm256_set1_ps(sphere.x));
+        let y = _mm256_sub_ps(ys, _mm256_set1_ps(sphere.y));
+        let reach = _mm256_add_ps(radii, _mm256_set1_ps(sphere.radius));
+        let square = _mm256_add_ps(_mm256_mul_ps(x, x), _mm256_mul_ps(y, y));
+        let gap = _mm256_sub_ps(square, _mm256_mul_ps(reach, reach));
+        _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(gap, _mm256_setzero_ps())).cast_unsigned()
     }
 
     /// Compiles to one load.
     #[inline]
     #[target_feature(enable = "avx2")]
-    fn load_8(f: &[f32]) -> __m256 {
+    fn load(f: &[f32; 8]) -> __m256 {
         _mm256_set_ps(f[7], f[6], f[5], f[4], f[3], f[2], f[1], f[0])
     }
 }
@@ -246,8 +255,9 @@ mod tests {
             lanes.set(usize::from(place), &sphere);
         }
         let sphere = MotionSphere { x: 3.0, y: 3.0, radius: 1.3 };
-        let mut found = Vec::new();
-        lanes.add_near((9, sphere), (2, 37), 100, &mut found);
+        let mut pairs = Pairs::default();
+        lanes.add_near((9, sphere), (2, 37), 100, &mut pairs);
+        let found: Vec<Edge> = (0..pairs.len()).map(|place| pairs.at(place)).collect();
         let is_near = |&place: &u32| {
             let other = lanes.sphere(place as usize);
             let (x, y, reach) = (other.x - 3.0, other.y - 3.0, 0.7 + 1.3);

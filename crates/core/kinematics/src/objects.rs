@@ -137,6 +137,14 @@ impl<S: Scalar> Objects<S> {
         intent.queue = self.queues.consume(intent.queue, count);
     }
 
+    /// Lets an object rest that has collided, and forget what waits; returns its id.
+    pub(crate) fn halt(&mut self, slot: u32, point: S::Vector, from: Moment, hash: u64) -> ObjectId {
+        self.set_at_rest(slot, point, from);
+        self.clear_queue(slot);
+        self.set_hash(slot, hash);
+        self.intents[slot as usize].id
+    }
+
     /// Forgets what waits.
     pub(crate) fn clear_queue(&mut self, slot: u32) {
         let intent = &mut self.intents[slot as usize];
@@ -154,6 +162,11 @@ impl<S: Scalar> Objects<S> {
     fn rehash(&mut self, slot: u32) {
         let (state, layers) = (&self.states[slot as usize], self.layers[slot as usize]);
         let hash = object_hash(self.intents[slot as usize].id, (state.radius, layers), &self.plan(slot));
+        self.set_hash(slot, hash);
+    }
+
+    /// Takes over the hash of an object, and brings the sum up to date.
+    pub(crate) fn set_hash(&mut self, slot: u32, hash: u64) {
         let intent = &mut self.intents[slot as usize];
         self.sum = self.sum.wrapping_sub(intent.hash).wrapping_add(hash);
         intent.hash = hash;

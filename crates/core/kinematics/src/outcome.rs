@@ -2,36 +2,44 @@
 
 use maniple_geometry::{Moment, Motion, Scalar};
 
+use crate::digest::object_hash;
 use crate::event::{Event, EventKind};
 use crate::graph::Setting;
-use crate::plan::Leg;
-use crate::runner::{Runner, Track, stage_at};
+use crate::plan::{Leg, Plan};
+use crate::runner::{Halt, Runner, Track, stage_at};
 use crate::track::{Stage, departure};
 
-/// What an object does from now on.
+/// An object that collided: it rests and forgets what waits.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Change<S: Scalar> {
-    /// It collided: it rests and forgets what waits.
-    Halted {
-        /// Where it rests.
-        point: S::Vector,
-    },
-    /// It goes on.
-    Turned {
-        /// Its law of motion from now on.
-        motion: Motion<S>,
-        /// The leg that it is on, if it moves.
-        leg: Option<Leg<S>>,
-        /// How many of the waiting legs were taken or dropped.
-        consumed: u32,
-    },
+pub(crate) struct Halted<S: Scalar> {
+    pub(crate) slot: u32,
+    /// When.
+    pub(crate) time: S,
+    /// Where it rests.
+    pub(crate) point: S::Vector,
+    pub(crate) halt: Halt,
+    /// Its summand in the state hash from now on.
+    pub(crate) hash: u64,
+}
+
+/// An object that goes on otherwise than before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Turned<S: Scalar> {
+    pub(crate) slot: u32,
+    /// Its law of motion from now on.
+    pub(crate) motion: Motion<S>,
+    /// The leg that it is on, if it moves.
+    pub(crate) leg: Option<Leg<S>>,
+    /// How many of the waiting legs were taken or dropped.
+    pub(crate) consumed: usize,
 }
 
 /// What became of the runners of a cycle: those of whom nothing is said go on as before.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome<S: Scalar> {
-    /// Slots, when it happened for those who were halted, and what they do from now on.
-    pub(crate) changes: Vec<(u32, S, Change<S>)>,
+    pub(crate) halted: Vec<Halted<S>>,
+    pub(crate) turned: Vec<Turned<S>>,
+    /// All events but those of being halted, which come behind the others of the same object.
     pub(crate) events: Vec<Event>,
     /// How often anybody was pulled back.
     pub(crate) retreats: usize,
@@ -39,18 +47,20 @@ pub(crate) struct Outcome<S: Scalar> {
 
 impl<S: Scalar> Outcome<S> {
     pub(crate) fn new() -> Self {
-        Self { changes: Vec::new(), events: Vec::new(), retreats: 0 }
+        Self { halted: Vec::new(), turned: Vec::new(), events: Vec::new(), retreats: 0 }
     }
 
     pub(crate) fn clear(&mut self) {
-        self.changes.clear();
+        self.halted.clear();
+        self.turned.clear();
         self.events.clear();
         self.retreats = 0;
     }
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of::<(u32, S, Change<S>)>() * self.changes.capacity()
+        size_of::<Halted<S>>() * self.halted.capacity()
+            + size_of::<Turned<S>>() * self.turned.capacity()
             + size_of::<Event>() * self.events.capacity()
     }
 
@@ -74,8 +84,10 @@ impl<S: Scalar> Outcome<S> {
         }
         self.retreats += runner.retreats as usize;
         if let Some(halt) = runner.halt {
-            self.events.push(event(runner.end, halt.kind, halt.other, true));
-            self.changes.push((runner.slot, runner.end, Change::Halted { point: runner.last }));
+            let from = Moment { cycle: setting.cycle, fraction: runner.end.to_f64() };
+            let plan = Plan { motion: Motion::at_rest(runner.last, from), course: None, queue: &[] };
+            let hash = object_hash(runner.id, (runner.radius, runner.layers), &plan);
+            self.halted.push(Halted { slot: runner.slot, time: runner.end, point: runner.last, halt, hash });
             return;
         }
         let (motion, leg, consumed) = match runner.track {
@@ -88,7 +100,6 @@ impl<S: Scalar> Outcome<S> {
                 (stage.motion, stage.course.map(|course| course.leg), stage.consumed)
             }
         };
-        let consumed = u32::try_from(consumed).expect("few legs wait");
         let (motion, leg) = match leg {
             _ if !runner.is_held => (motion, leg),
             Some(leg) if leg.goal != runner.last => {
@@ -102,18 +113,118 @@ impl<S: Scalar> Outcome<S> {
                 (Motion::at_rest(runner.last, moment), None)
             }
         };
-        self.changes.push((runner.slot, runner.end, Change::Turned { motion, leg, consumed }));
+        self.turned.push(Turned { slot: runner.slot, motion, leg, consumed });
     }
 }
 
-/// Sorts events by time, then by id; those of one object at one time stay in their order.
-pub(crate) fn sort_events(events: &mut Vec<Event>, spare: &mut Vec<Event>, keys: &mut Vec<(u64, u32, u32)>) {
-    keys.clear();
-    // Times are not negative, so that their bits are in their order.
-    let key = |(place, event): (u32, &Event)| (event.time.to_bits(), event.object.0, place);
-    keys.extend((0u32..).zip(events.iter()).map(key));
-    keys.sort_unstable();
-    std::mem::swap(events, spare);
-    events.clear();
-    events.extend(keys.iter().map(|key| spare[key.2 as usize]));
+/// What sorting events needs; kept for its memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct EventSorter {
+    spare: Vec<Event>,
+    /// For each bucket where it begins.
+    starts: Vec<u32>,
+    /// Of one bucket: time, object, and place among the events.
+    keys: Vec<(u64, u32, u32)>,
+}
+
+impl EventSorter {
+    /// Sorts events by time, then by id; those of one object at one time stay in their order.
+    ///
+    /// A counting sort into buckets of time, about one for each event, and then each bucket by itself: times are spread
+    /// over the cycle, so it costs little more than writing the events down.
+    pub(crate) fn sort(&mut self, events: &mut Vec<Event>) {
+        let buckets = events.len().next_power_of_two();
+        self.starts.clear();
+        self.starts.resize(buckets + 2, 0);
+        for event in events.iter() {
+            self.starts[bucket(event.time, buckets) + 2] += 1;
+        }
+        let mut sum = 0;
+        for start in &mut self.starts {
+            sum += *start;
+            *start = sum;
+        }
+        std::mem::swap(events, &mut self.spare);
+        events.clear();
+        events.extend_from_slice(&self.spare);
+        for event in &self.spare {
+            let place = &mut self.starts[bucket(event.time, buckets) + 1];
+            events[*place as usize] = *event;
+            *place += 1;
+        }
+        for bucket in 0..buckets {
+            let range = self.starts[bucket] as usize..self.starts[bucket + 1] as usize;
+            if range.len() > 1 {
+                self.sort_bucket(&mut events[range]);
+            }
+        }
+    }
+
+    fn sort_bucket(&mut self, events: &mut [Event]) {
+        // Times are not negative, so that their bits are in their order.
+        let key = |event: &Event| (event.time.to_bits(), event.object.0);
+        if let [first, second] = events {
+            if key(second) < key(first) {
+                std::mem::swap(first, second);
+            }
+            return;
+        }
+        self.keys.clear();
+        self.keys.extend((0u32..).zip(&*events).map(|(place, event)| (key(event).0, key(event).1, place)));
+        self.keys.sort_unstable();
+        self.spare.clear();
+        self.spare.extend_from_slice(events);
+        for (event, key) in events.iter_mut().zip(&self.keys) {
+            *event = self.spare[key.2 as usize];
+        }
+    }
+
+    /// Bytes on the heap.
+    pub(crate) fn bytes(&self) -> usize {
+        size_of::<Event>() * self.spare.capacity()
+            + size_of::<u32>() * self.starts.capacity()
+            + size_of::<(u64, u32, u32)>() * self.keys.capacity()
+    }
+}
+
+/// The bucket of a time, later ones for later times.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "a time is from 0 to 1, and buckets are fewer than 2^53"
+)]
+fn bucket(time: f64, buckets: usize) -> usize {
+    ((time * buckets as f64) as usize).min(buckets - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use maniple_geometry::{Cycle, ObjectId};
+
+    use super::*;
+
+    #[test]
+    fn events_come_by_time_and_id_and_else_in_their_order() {
+        let mut state = 1u32;
+        let mut random = |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) % below
+        };
+        for count in [0, 1, 2, 3, 17, 1000] {
+            let make = |place: u32, random: &mut dyn FnMut(u32) -> u32| Event {
+                cycle: Cycle(place),
+                time: f64::from(random(8)) / 7.0,
+                object: ObjectId(random(5)),
+                kind: EventKind::Arrived,
+                other: None,
+                rests: false,
+            };
+            let mut events: Vec<Event> = (0..count).map(|place| make(place, &mut random)).collect();
+            let mut expected = events.clone();
+            expected.sort_by(|a, b| a.time.total_cmp(&b.time).then(a.object.cmp(&b.object)));
+            EventSorter::default().sort(&mut events);
+            assert_eq!(events, expected);
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! An object in the cycle that is being solved.
 
-use maniple_geometry::{ObjectId, Piece, Scalar};
+use maniple_geometry::{ObjectId, Piece, Planar, Scalar};
 
 use crate::event::EventKind;
 use crate::track::Stage;
@@ -99,7 +99,13 @@ impl<S: Scalar> Runner<S> {
 
     /// Returns whether the object moves at a time, the instant of a stop or arrival excluded.
     pub(crate) fn is_moving(&self, time: S, arena: &[Stage<S>]) -> bool {
-        self.live(time, arena).is_moving()
+        if self.is_held && time >= self.end {
+            return false;
+        }
+        match self.track {
+            Track::Straight { velocity, .. } => velocity != S::Vector::zero(),
+            Track::Turning(..) => self.piece_at(time, arena).is_moving(),
+        }
     }
 
     /// Returns the piece that the object is on from a time on.

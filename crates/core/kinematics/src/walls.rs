@@ -15,9 +15,12 @@ const EDGE_MIN: f64 = 2.0;
 /// A wall that would lie in more squares than this along a side goes to larger ones.
 const SQUARES_A_WALL_MAX: f64 = 512.0;
 
-/// Squares for each entry of a wall: most squares have no wall, so that most objects meet none. Walls are few, and a square
+/// Squares for each one that a wall passes: most squares have no wall, so that most objects meet none. Walls are few, and a square
 /// costs 4 bytes.
-const SQUARES_AN_ENTRY: usize = 16;
+const SQUARES_A_PASSED: f64 = 16.0;
+
+/// The most squares of a level: 2^22, 32 MiB.
+const SQUARES_MAX: f64 = (1u32 << 22) as f64;
 
 /// How much larger the squares of the next level are.
 const EDGE_STEP: f64 = 4.0;
@@ -41,6 +44,8 @@ struct Level {
     /// For each square how many entries there are in it and in the eight around it.
     around: Vec<u32>,
     held: usize,
+    /// How many squares of the plane the walls pass, about; more than of the table, where they come round.
+    passed: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -62,10 +67,13 @@ impl<S: Scalar> Walls<S> {
         });
         self.walls[number as usize] = Some(wall);
         let place = self.level_of(&wall);
-        self.link(place, number);
-        let Level { held, ref squares, .. } = self.levels[place];
-        if squares.count() < SQUARES_AN_ENTRY * held {
-            self.grow(place, 2 * SQUARES_AN_ENTRY * held);
+        let level = &mut self.levels[place];
+        level.passed += squares_passed(&wall, level.edge);
+        if squares_wanted(level.passed) > level.squares.count() {
+            let wanted = squares_wanted(2.0 * level.passed);
+            self.grow(place, wanted);
+        } else {
+            self.link(place, number);
         }
         number
     }
@@ -76,7 +84,8 @@ impl<S: Scalar> Walls<S> {
         let place = self.level_of(&wall);
         let Self { levels, entries, free_entry, .. } = self;
         let level = &mut levels[place];
-        let Level { squares, heads, around, held, edge } = level;
+        let Level { squares, heads, around, held, edge, passed } = level;
+        *passed -= squares_passed(&wall, *edge);
         visit_squares(squares, *edge, &wall, |square| {
             let mut link = heads[square];
             let mut before = END;
@@ -166,7 +175,8 @@ impl<S: Scalar> Walls<S> {
                 link = next;
             }
         }
-        self.levels[place] = Level::new(edge, count);
+        let passed = self.levels[place].passed;
+        self.levels[place] = Level { passed, ..Level::new(edge, count) };
         for number in (0..self.walls.len()).filter_map(|number| u32::try_from(number).ok()) {
             if let Some(wall) = self.walls[number as usize]
                 && self.level_of(&wall) == place
@@ -179,7 +189,7 @@ impl<S: Scalar> Walls<S> {
     fn link(&mut self, place: usize, number: u32) {
         let wall = self.walls[number as usize].expect("the wall was just put in");
         let Self { levels, entries, free_entry, .. } = self;
-        let Level { squares, heads, around, held, edge } = &mut levels[place];
+        let Level { squares, heads, around, held, edge, .. } = &mut levels[place];
         visit_squares(squares, *edge, &wall, |square| {
             let entry = Entry { wall: number, next: heads[square] };
             heads[square] = *free_entry;
@@ -205,8 +215,21 @@ impl Level {
     fn new(edge: f64, count: usize) -> Self {
         let squares = Squares::new(edge, count);
         let count = squares.count();
-        Self { edge, squares, heads: vec![END; count], around: vec![0; count], held: 0 }
+        Self { edge, squares, heads: vec![END; count], around: vec![0; count], held: 0, passed: 0.0 }
     }
+}
+
+/// How many squares a level wants whose walls pass so many.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rough number is enough")]
+fn squares_wanted(passed: f64) -> usize {
+    let wanted = SQUARES_A_PASSED * passed;
+    (if wanted < SQUARES_MAX { wanted } else { SQUARES_MAX }) as usize
+}
+
+/// How many squares of the plane a wall passes, about.
+fn squares_passed<S: Scalar>(wall: &Wall<S>, edge: f64) -> f64 {
+    let extent = wall.segment.end.to_dvec2() - wall.segment.start.to_dvec2();
+    (extent.x.abs() + extent.y.abs()) / edge + 1.0
 }
 
 /// Visits the squares that a wall passes, and perhaps some beside it; the same ones each time it is asked.

@@ -14,6 +14,7 @@ use crate::error::{InsertError, OrderError, Overlap, WallError};
 use crate::event::Event;
 use crate::graph::Graph;
 use crate::objects::Objects;
+use crate::outcome::EventSorter;
 use crate::resting::Resting;
 use crate::solve::{Solver, Stops};
 use crate::state::{NEVER, Phase, State};
@@ -49,8 +50,7 @@ pub struct World<S: Scalar = f64> {
     pub(crate) components: Components<S>,
     pub(crate) solvers: Vec<Solver<S>>,
     pub(crate) events: Vec<Event>,
-    pub(crate) spare_events: Vec<Event>,
-    pub(crate) event_keys: Vec<(u64, u32, u32)>,
+    pub(crate) event_sorter: EventSorter,
     pub(crate) activity: Activity,
     /// The cycle in which the objects are put into order again.
     pub(crate) tidy_at: u32,
@@ -96,8 +96,7 @@ impl<S: Scalar> World<S> {
             components: Components::new(),
             solvers: Vec::new(),
             events: Vec::new(),
-            spare_events: Vec::new(),
-            event_keys: Vec::new(),
+            event_sorter: EventSorter::default(),
             activity: Activity::default(),
             tidy_at: 1,
             tidying: Tidying::default(),
@@ -304,8 +303,8 @@ impl<S: Scalar> World<S> {
             + self.components.bytes()
             + size_of::<u32>() * self.fresh.capacity()
             + size_of::<Reverse<(u32, u32)>>() * self.alarms.capacity()
-            + size_of::<Event>() * (self.events.capacity() + self.spare_events.capacity())
-            + size_of::<(u64, u32, u32)>() * self.event_keys.capacity()
+            + size_of::<Event>() * self.events.capacity()
+            + self.event_sorter.bytes()
             + self.batches.iter().map(Batch::bytes).sum::<usize>()
             + self.bands.bytes()
             + self.graphs.iter().map(Graph::bytes).sum::<usize>()
