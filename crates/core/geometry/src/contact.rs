@@ -35,7 +35,7 @@ pub struct Window<S: Scalar = f64> {
 ///
 /// `None` means that they never come nearer than touching in that time: they stay apart, touch, slide along each
 /// other or move apart. Otherwise it is the time at which `R + skin` lies between the centres, with the sum of the
-/// radii `R`; or `from` where they are as near as that already.
+/// radii `R`; or `from` where they are as near as that, or a skin more, already.
 ///
 /// Solves `|d + w t| = R + skin` for the smaller `t`, with the offset `d` and relative velocity `w`, as
 /// `t = c / (sqrt(w² (R + skin)² - (d × w)²) - d·w)` with `c = d² - (R + skin)²`: no nearly equal numbers are
@@ -52,7 +52,7 @@ pub fn circle_contact<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Windo
         return None;
     }
     let d = offset(a.piece, b.piece, from);
-    enters(a, b, window).then(|| bounded(from + entry(d, w, a.radius + b.radius + skin), to))
+    enters(a, b, window).then(|| bounded(from + entry(d, w, (a.radius + b.radius + skin, skin)), to))
 }
 
 /// A circle that goes straight on for a whole cycle, or rests.
@@ -93,14 +93,14 @@ pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) ->
     if !enters || w == S::Vector::zero() {
         return None;
     }
-    Some(bounded(entry(d, w, a.radius + b.radius + skin), S::ONE))
+    Some(bounded(entry(d, w, (a.radius + b.radius + skin, skin)), S::ONE))
 }
 
 /// Returns when a moving circle collides with a segment in a window in which the piece holds, as a fraction of the
 /// cycle.
 ///
 /// `None` means that it never comes nearer than touching in that time. Otherwise it is the time at which its
-/// centre is the radius plus the skin from the segment, or `from` where it is as near as that already.
+/// centre is the radius plus the skin from the segment, or `from` where it is as near as that, or a skin more, already.
 ///
 /// The distance from a segment is a convex function of time. Where the way of the centre does not cross the
 /// segment, that distance has its smallest value at an end of the window or beside an end of the segment, so
@@ -129,7 +129,7 @@ pub fn segment_contact<S: Scalar>(
     let enters_flat =
         || overlaps_at(to) && (!overlaps_at(from) || is_approaching(start, piece.velocity, segment));
     let collides = ends.iter().any(enters_end) || enters_flat() || crosses(piece, segment, window);
-    collides.then(|| bounded(from + segment_entry(start, piece.velocity, segment, reach), to))
+    collides.then(|| bounded(from + segment_entry(start, piece.velocity, segment, (reach, skin)), to))
 }
 
 /// Returns whether the first of two circles moves towards the second at a time: `v · d > 0`, exactly, for its
@@ -170,25 +170,36 @@ fn enters_exactly<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, (from, to): (S, S
     on_lines.approach_sign() != Ordering::Less || after.gap_sign() == Ordering::Less
 }
 
-/// The smaller root of `|d + w t| = reach`, or zero where `|d|` is within reach; the lines are known to enter.
-fn entry<S: Scalar>(d: S::Vector, w: S::Vector, reach: S) -> S {
-    let c = d.dot(d) - reach * reach;
-    if c <= S::ZERO {
+/// The smaller root of `|d + w t| = reach`, or zero where `|d|` is within reach and `slack` more; the lines are known to
+/// enter.
+///
+/// Who stopped at that distance is there up to rounding, which must not decide who comes first: with the slack all of them
+/// collide at once, and are resolved together.
+fn entry<S: Scalar>(d: S::Vector, w: S::Vector, (reach, slack): (S, S)) -> S {
+    let square = d.dot(d);
+    let at_once = reach + slack;
+    if square <= at_once * at_once {
         return S::ZERO;
     }
     let cross = d.cross(w);
     let discriminant = (w.dot(w) * (reach * reach) - cross * cross).greater(S::ZERO);
-    c / (discriminant.sqrt() - d.dot(w))
+    (square - reach * reach) / (discriminant.sqrt() - d.dot(w))
 }
 
 /// When the centre is first within reach of the segment; it is known to get there.
-fn segment_entry<S: Scalar>(start: S::Vector, velocity: S::Vector, segment: &Segment<S>, reach: S) -> S {
+fn segment_entry<S: Scalar>(
+    start: S::Vector,
+    velocity: S::Vector,
+    segment: &Segment<S>,
+    (reach, slack): (S, S),
+) -> S {
+    let at_once = reach + slack;
     let e = segment.direction();
     let length = e.length();
     let q = start - segment.start;
     let (side, foot) = (e.cross(q), e.dot(q));
     let beside = S::ZERO <= foot && foot <= e.dot(e);
-    if beside && side.abs() <= reach * length {
+    if beside && side.abs() <= at_once * length {
         return S::ZERO;
     }
     let mut first: Option<S> = None;
@@ -207,8 +218,8 @@ fn segment_entry<S: Scalar>(start: S::Vector, velocity: S::Vector, segment: &Seg
         let w = -velocity;
         let cross = d.cross(w);
         let is_hit = w.dot(w) * (reach * reach) >= cross * cross && d.dot(w) < S::ZERO;
-        if d.dot(d) <= reach * reach || is_hit {
-            consider(entry(d, w, reach));
+        if d.dot(d) <= at_once * at_once || is_hit {
+            consider(entry(d, w, (reach, slack)));
         }
     }
     // Rounding can hide every entry of a graze; the circle then stops where it is, which is always allowed.

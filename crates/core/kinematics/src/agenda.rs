@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn few_and_many_items_come_in_the_same_order() {
-        for count in [5u32, 200] {
+        for count in [20u32, 200] {
             let mut agenda = Agenda::new();
             agenda.begin(count as usize);
             for item in 0..count {

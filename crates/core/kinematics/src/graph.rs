@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use maniple_geometry::contact::{Mover, Window, circle_contact, segment_contact, straight_contact};
-use maniple_geometry::{Circle, Cycle, ObjectId, Piece, Planar, Scalar, Segment};
+use maniple_geometry::{Cycle, Piece, Planar, Scalar, Segment};
 
 use crate::bands::Bands;
 use crate::event::EventKind;
@@ -219,11 +219,7 @@ impl<S: Scalar> Around<S> {
         });
         setting.resting.near(center, reach, |slot| {
             if !setting.is_layered || setting.objects.layers[slot as usize].0 & self.layers != 0 {
-                let state = &setting.objects.states[slot as usize];
-                let circle = Circle::new(state.start, state.radius);
-                self.meet_circle(piece, to, &circle, setting.skin, || {
-                    setting.objects.intents[slot as usize].id
-                });
+                self.meet_object(piece, to, slot, setting);
             }
         });
     }
@@ -245,21 +241,16 @@ impl<S: Scalar> Around<S> {
         }
     }
 
-    fn meet_circle(
-        &mut self,
-        piece: &Piece<S>,
-        to: S::Vector,
-        circle: &Circle<S>,
-        skin: S,
-        id: impl FnOnce() -> ObjectId,
-    ) {
-        let window = Window { from: piece.since, to: piece.until, skin };
-        let still = Piece::at_rest(circle.center, piece.since, piece.until);
-        let movers = (Mover { piece, radius: self.radius }, Mover { piece: &still, radius: circle.radius });
+    fn meet_object(&mut self, piece: &Piece<S>, to: S::Vector, slot: u32, setting: &Setting<'_, S>) {
+        let (state, intent) = setting.objects.of(slot);
+        let window = Window { from: piece.since, to: piece.until, skin: setting.skin };
+        let still = Piece::at_rest(state.start, piece.since, piece.until);
+        let movers = (Mover { piece, radius: self.radius }, Mover { piece: &still, radius: state.radius });
         match circle_contact(movers.0, movers.1, window) {
-            Some(time) => self.add(time, Halt { kind: EventKind::Object, other: Some(id()) }),
+            Some(time) => self.add(time, Halt { kind: EventKind::Object, other: Some(intent.id) }),
             None => {
-                let (between, near) = (circle.center - to, self.radius + circle.radius + skin + skin);
+                let near = self.radius + state.radius + setting.skin + setting.skin;
+                let between = state.start - to;
                 self.ends_near |= between.dot(between) < near * near;
             }
         }

@@ -245,26 +245,74 @@ mod avx2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::batch::Batch;
+
+    /// Spheres strewn over a square, some of them giants.
+    fn strewn(count: u32, giants: u32) -> Batch<f64> {
+        let mut state = count;
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            f32::from(u16::try_from(state >> 16).expect("16 bits")) / 65536.0
+        };
+        let mut batch = Batch::new();
+        batch.slots = (0..count).collect();
+        for place in 0..count {
+            let radius = if place >= giants { 0.5 + unit() } else { 5.0 + 10.0 * unit() };
+            batch.spheres.push(MotionSphere { x: 100.0 * unit() - 50.0, y: 100.0 * unit(), radius });
+        }
+        batch.radii = if giants > 0 { (0.5, 15.0) } else { (0.5, 1.5) };
+        batch
+    }
 
     #[test]
-    fn all_widths_find_the_same_spheres() {
-        let mut lanes = Lanes::default();
-        lanes.resize(40);
-        for place in 0..40u8 {
-            let sphere = MotionSphere { x: f32::from(place) * 0.3, y: f32::from(place % 7), radius: 0.7 };
-            lanes.set(usize::from(place), &sphere);
+    fn every_pair_of_spheres_that_intersect_comes_up_once_with_vectors_of_any_width() {
+        for (count, giants) in [(1, 0), (2, 0), (30, 0), (3000, 0), (30, 3), (3000, 20)] {
+            let batch = strewn(count, giants);
+            for threads in [1, 3] {
+                let mut bands = Bands::default();
+                bands.fill(std::slice::from_ref(&batch), threads);
+                let levels: Vec<usize> = bands.levels().collect();
+                let (mut wide, mut plain) = (Pairs::default(), Pairs::default());
+                for band in 0..bands.all().len() {
+                    for row in bands.all()[band].rows() {
+                        add_pairs_of_row(&bands, band, row, &mut wide);
+                        add_pairs!(&bands, band, row, &mut plain, plain);
+                    }
+                }
+                let sorted = |pairs: &Pairs| {
+                    let slot = |node: u32| bands.tag_of(node, 0).slot();
+                    let edges = (0..pairs.len()).map(|place| pairs.at(place));
+                    let mut slots: Vec<Edge> =
+                        edges.map(|(a, b)| (slot(a).min(slot(b)), slot(a).max(slot(b)))).collect();
+                    slots.sort_unstable();
+                    slots
+                };
+                assert_eq!(
+                    sorted(&wide),
+                    sorted(&plain),
+                    "{count} spheres, {giants} giants, {threads} threads"
+                );
+                if levels.len() == 1 {
+                    assert_eq!(
+                        sorted(&wide),
+                        all_pairs(&batch),
+                        "{count} spheres, {giants} giants, {threads} threads"
+                    );
+                }
+            }
         }
-        let sphere = MotionSphere { x: 3.0, y: 3.0, radius: 1.3 };
-        let mut pairs = Pairs::default();
-        lanes.add_near((9, sphere), (2, 37), 100, &mut pairs);
-        let found: Vec<Edge> = (0..pairs.len()).map(|place| pairs.at(place)).collect();
-        let is_near = |&place: &u32| {
-            let other = lanes.sphere(place as usize);
-            let (x, y, reach) = (other.x - 3.0, other.y - 3.0, 0.7 + 1.3);
-            x * x + y * y <= reach * reach
-        };
-        let expected: Vec<Edge> = (2..37).filter(is_near).map(|place| (9, 100 + place)).collect();
-        assert!(expected.len() > 5);
-        assert_eq!(found, expected);
+    }
+
+    fn all_pairs(batch: &Batch<f64>) -> Vec<Edge> {
+        let mut pairs = Vec::new();
+        for (a, one) in (0u32..).zip(&batch.spheres) {
+            for (b, other) in (0u32..).zip(&batch.spheres).skip(a as usize + 1) {
+                let (x, y, reach) = (one.x - other.x, one.y - other.y, one.radius + other.radius);
+                if x * x + y * y <= reach * reach {
+                    pairs.push((a, b));
+                }
+            }
+        }
+        pairs
     }
 }
