@@ -4,10 +4,12 @@
 //! that intersect lie in the same sector or in neighbouring ones. A level is cut into *bands* of rows, one for each
 //! thread.
 
-use maniple_geometry::Scalar;
+use maniple_geometry::contact::Straight;
+use maniple_geometry::{Cycle, Planar, Scalar};
 
 use crate::batch::Batch;
 use crate::lanes::Lanes;
+use crate::objects::Objects;
 use crate::sphere::MotionSphere;
 use crate::squares::Squares;
 use crate::state::Tag;
@@ -30,7 +32,7 @@ const ROUNDING: f64 = 1.0 + 1.0 / 1024.0;
 /// Rows of sectors of one level, and the spheres in them, row by row and sector by sector.
 #[doc(alias = "grid cell")]
 #[derive(Clone, Debug)]
-pub(crate) struct Band {
+pub(crate) struct Band<S: Scalar> {
     pub(crate) level: usize,
     pub(crate) squares: Squares,
     /// Radius of the largest sphere of the level.
@@ -44,6 +46,8 @@ pub(crate) struct Band {
     lanes: Lanes,
     /// For each sphere the tag of its object.
     pub(crate) tags: Vec<Tag>,
+    /// For each sphere its object, if it goes straight on in the cycle.
+    pub(crate) straights: Vec<Straight<S>>,
 }
 
 /// Some of the spheres of a band that lie one behind the other.
@@ -56,48 +60,56 @@ pub(crate) struct Span {
 }
 
 /// The spheres of a cycle, in sectors.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Bands {
-    pub(crate) bands: Vec<Band>,
+#[derive(Clone, Debug)]
+pub(crate) struct Bands<S: Scalar> {
+    pub(crate) bands: Vec<Band<S>>,
     /// How many of the bands are in use.
     used: usize,
     /// Where all coordinates of spheres are counted from.
     pub(crate) anchor: glam::DVec2,
 }
 
-impl Bands {
+impl<S: Scalar> Bands<S> {
+    pub(crate) fn new() -> Self {
+        Self { bands: Vec::new(), used: 0, anchor: glam::DVec2::ZERO }
+    }
+
     /// Returns the bands of this cycle.
-    pub(crate) fn all(&self) -> &[Band] {
+    pub(crate) fn all(&self) -> &[Band<S>] {
         &self.bands[..self.used]
     }
 
+    /// Returns the band and the place in it of a sphere; quick where it is in the band that is guessed.
+    #[inline]
+    pub(crate) fn find(&self, node: u32, guess: usize) -> (&Band<S>, usize) {
+        let guessed = &self.bands[guess];
+        let place = node.wrapping_sub(guessed.base) as usize;
+        if place < guessed.tags.len() {
+            return (guessed, place);
+        }
+        let band = &self.all()[self.band_of(node)];
+        (band, (node - band.base) as usize)
+    }
+
     /// Returns the band that a sphere is in.
-    pub(crate) fn band_of(&self, node: u32) -> usize {
+    fn band_of(&self, node: u32) -> usize {
         self.all().partition_point(|band| band.base <= node) - 1
     }
 
-    /// Returns the tag of the object of a sphere; quick where the sphere is in the band that is guessed.
-    #[inline]
-    pub(crate) fn tag_of(&self, node: u32, guess: usize) -> Tag {
-        let guessed = &self.bands[guess];
-        match guessed.tags.get(node.wrapping_sub(guessed.base) as usize) {
-            Some(&tag) => tag,
-            None => {
-                let band = &self.all()[self.band_of(node)];
-                band.tags[(node - band.base) as usize]
-            }
-        }
-    }
-
     /// Puts the spheres of all batches into sectors, for so many threads.
-    pub(crate) fn fill<S: Scalar>(&mut self, batches: &[Batch<S>], threads: usize) {
+    pub(crate) fn fill(
+        &mut self,
+        batches: &[Batch<S>],
+        objects: &Objects<S>,
+        (cycle, threads): (Cycle, usize),
+    ) {
         self.lay_out(batches, threads);
         let Self { bands, used, .. } = self;
         let largest = bands[..*used]
             .iter()
             .fold(0.0, |largest, band| if band.radius_max > largest { band.radius_max } else { largest });
         let levels = bands[..*used].last().map_or(0, |band| band.level + 1);
-        crate::cycle::each(&mut bands[..*used], |band| band.fill(batches, largest, levels));
+        crate::cycle::each(&mut bands[..*used], |band| band.fill(batches, objects, cycle, (largest, levels)));
         let mut base = 0;
         for band in &mut bands[..*used] {
             band.base = base;
@@ -106,7 +118,7 @@ impl Bands {
     }
 
     /// Decides on levels and bands.
-    fn lay_out<S: Scalar>(&mut self, batches: &[Batch<S>], threads: usize) {
+    fn lay_out(&mut self, batches: &[Batch<S>], threads: usize) {
         let mut radii = (f32::INFINITY, 0.0f32);
         for batch in batches.iter().filter(|batch| !batch.spheres.is_empty()) {
             if batch.radii.0 < radii.0 {
@@ -151,7 +163,7 @@ impl Bands {
 
     /// The band of the same level that a row lies in.
     fn band_with_row(&self, near: usize, row: u32) -> usize {
-        let holds = |band: &Band| row.wrapping_sub(band.first_row) < band.rows;
+        let holds = |band: &Band<S>| row.wrapping_sub(band.first_row) < band.rows;
         if holds(&self.bands[near]) {
             return near;
         }
@@ -210,7 +222,7 @@ impl Bands {
     }
 }
 
-impl Band {
+impl<S: Scalar> Band<S> {
     fn new(squares: Squares) -> Self {
         Self {
             level: 0,
@@ -222,11 +234,18 @@ impl Band {
             starts: Vec::new(),
             lanes: Lanes::default(),
             tags: Vec::new(),
+            straights: Vec::new(),
         }
     }
 
     /// Counting sort of the spheres that belong here; where the order of magnitude decides, `largest` is that of all.
-    fn fill<S: Scalar>(&mut self, batches: &[Batch<S>], largest: f32, levels: usize) {
+    fn fill(
+        &mut self,
+        batches: &[Batch<S>],
+        objects: &Objects<S>,
+        cycle: Cycle,
+        (largest, levels): (f32, usize),
+    ) {
         let sectors = (self.rows * self.squares.columns()) as usize;
         self.starts.clear();
         self.starts.resize(sectors + 2, 0);
@@ -242,6 +261,8 @@ impl Band {
         }
         self.lanes.resize(sum as usize);
         self.tags.resize(sum as usize, Tag::new(0, false));
+        let nobody = Straight { point: S::Vector::zero(), velocity: S::Vector::zero(), radius: S::ZERO };
+        self.straights.resize(sum as usize, nobody);
         for batch in batches {
             for (sphere, tag) in batch.tagged() {
                 if let Some(sector) = self.sector_here(sphere, largest, levels) {
@@ -249,6 +270,7 @@ impl Band {
                     self.starts[sector + 1] += 1;
                     self.lanes.set(place, sphere);
                     self.tags[place] = tag;
+                    self.straights[place] = objects.states[tag.slot() as usize].straight(cycle);
                 }
             }
         }
@@ -297,7 +319,9 @@ impl Band {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of::<u32>() * (self.starts.capacity() + self.tags.capacity()) + self.lanes.bytes()
+        size_of::<u32>() * (self.starts.capacity() + self.tags.capacity())
+            + size_of::<Straight<S>>() * self.straights.capacity()
+            + self.lanes.bytes()
     }
 }
 

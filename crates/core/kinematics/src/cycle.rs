@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use crate::batch::Frame;
 use crate::digest::chained;
 use crate::event::Event;
-use crate::graph::{AT_ONCE, Graph, Setting};
+use crate::graph::{Graph, Setting};
 use crate::outcome::{Halted, Outcome, Turned};
 use crate::runner::Halt;
 use crate::solve::Solver;
@@ -23,6 +23,10 @@ const TIDY_CYCLES: u32 = 32;
 /// With fewer active objects than this, all are near in memory in any order.
 const TIDY_ACTIVE_MIN: usize = 4096;
 
+/// Objects that are asked for one right after the other before they are changed, so that the memory answers all at once:
+/// they are near each other, but in another order.
+const AT_ONCE: usize = 64;
+
 /// Components that one thread solves at a stretch, at least.
 const COMPONENTS_A_SOLVER_MIN: usize = 64;
 
@@ -32,7 +36,7 @@ impl<S: Scalar> World<S> {
         self.wake();
         self.tidy();
         self.gather();
-        self.bands.fill(&self.batches, self.threads());
+        self.bands.fill(&self.batches, &self.objects, (self.cycle, self.threads()));
         self.connect();
         self.solve();
         self.commit();

@@ -1,7 +1,7 @@
 //! The motion-sphere intersection graph: who is near whom, and which collisions lie ahead if nobody is stopped.
 
 use glam::DVec2;
-use maniple_geometry::contact::{Mover, Window, circle_contact, segment_contact, straight_contact};
+use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, segment_contact, straight_contact};
 use maniple_geometry::{Cycle, Piece, Planar, Scalar, Segment};
 
 use crate::bands::Bands;
@@ -17,10 +17,6 @@ use crate::walls::Walls;
 /// Two spheres that intersect, as nodes: numbers among those of all bands.
 pub(crate) type Edge = (u32, u32);
 
-/// Objects whose states are asked for one right after the other before anything is done with them, so that the memory
-/// answers all at once: they are near each other, but in another order than that of the sectors.
-pub(crate) const AT_ONCE: usize = 64;
-
 /// What is the same for everybody in a cycle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting<'a, S: Scalar> {
@@ -28,7 +24,7 @@ pub(crate) struct Setting<'a, S: Scalar> {
     pub(crate) objects: &'a Objects<S>,
     pub(crate) resting: &'a Resting,
     pub(crate) walls: &'a Walls<S>,
-    pub(crate) bands: &'a Bands,
+    pub(crate) bands: &'a Bands<S>,
     pub(crate) skin: S,
     pub(crate) stops: Stops,
     /// Whether there are objects or walls that share no layer.
@@ -112,38 +108,28 @@ impl<S: Scalar> Graph<S> {
 
     /// Decides which of the pairs collide; the first of each, and most of the second, are in a band.
     fn judge_pairs(&mut self, band: usize, setting: &Setting<'_, S>) {
-        let Setting { cycle, objects, skin, .. } = *setting;
-        for from in (0..self.pairs.len()).step_by(AT_ONCE) {
-            let pairs = from..self.pairs.len().min(from + AT_ONCE);
-            let mut known = [(0, 0, false); AT_ONCE];
-            for (place, index) in pairs.clone().enumerate() {
-                let edge = self.pairs.at(index);
-                let (a, b) = (setting.bands.tag_of(edge.0, band), setting.bands.tag_of(edge.1, band));
-                let (first, second) =
-                    (&objects.states[a.slot() as usize], &objects.states[b.slot() as usize]);
-                known[place] = (a.slot(), b.slot(), first.turns_in(cycle) | second.turns_in(cycle));
+        let Setting { bands, objects, skin, .. } = *setting;
+        for index in 0..self.pairs.len() {
+            let edge = self.pairs.at(index);
+            let ((first_band, a), (second_band, b)) = (bands.find(edge.0, band), bands.find(edge.1, band));
+            let (first_tag, second_tag) = (first_band.tags[a], second_band.tags[b]);
+            if setting.is_layered && !objects.share_layer(first_tag.slot(), second_tag.slot()) {
+                continue;
             }
-            for (index, &(a, b, turns)) in pairs.zip(&known) {
-                let edge = self.pairs.at(index);
-                if setting.is_layered && !objects.layers[a as usize].share(objects.layers[b as usize]) {
-                    continue;
-                }
-                let number = u32::try_from(self.edges.len()).expect("edges are numbered with 32 bits");
-                self.edges.push(edge);
-                let (first, second) = (&objects.states[a as usize], &objects.states[b as usize]);
-                if turns {
-                    self.close.push(edge);
-                    continue;
-                }
-                let (first, second) = (first.straight(cycle), second.straight(cycle));
-                match straight_contact(&first, &second, skin) {
-                    Some(time) => self.hits.push((number, time)),
-                    None => {
-                        let between = second.point + second.velocity - (first.point + first.velocity);
-                        let near = first.radius + second.radius + skin + skin;
-                        if between.dot(between) < near * near {
-                            self.close.push(edge);
-                        }
+            let number = u32::try_from(self.edges.len()).expect("edges are numbered with 32 bits");
+            self.edges.push(edge);
+            if first_tag.turns() || second_tag.turns() {
+                self.close.push(edge);
+                continue;
+            }
+            let (first, second) = (&first_band.straights[a], &second_band.straights[b]);
+            match straight_contact(first, second, skin) {
+                Some(time) => self.hits.push((number, time)),
+                None => {
+                    let between = second.point + second.velocity - (first.point + first.velocity);
+                    let near = first.radius + second.radius + skin + skin;
+                    if between.dot(between) < near * near {
+                        self.close.push(edge);
                     }
                 }
             }
@@ -166,12 +152,10 @@ impl<S: Scalar> Graph<S> {
                     continue;
                 }
             }
-            let slot = tag.slot();
-            let state = &setting.objects.states[slot as usize];
-            let piece = straight(state.position(setting.cycle), state.velocity);
-            let reach = f64::from(state.reach);
-            let mut around = Around::new(slot, state.radius, setting);
-            around.meet(&piece, reach, setting);
+            let (slot, Straight { point, velocity, radius }) = (tag.slot(), this.straights[place as usize]);
+            let mut around = Around::new(slot, radius, setting);
+            let reach = f64::from(setting.objects.states[slot as usize].reach);
+            around.meet(&straight(point, velocity), reach, setting);
             match around.first {
                 Some((time, halt)) => self.fixed.push(FixedHit { node, time, halt }),
                 None if around.ends_near => self.watched.push(node),

@@ -4,6 +4,8 @@
 //! processor has them. It pays: see the table in `docs/KINEMATICS.md`. The wide forms do the same operations in the
 //! same order, each rounded on its own, so they find the same pairs.
 
+use maniple_geometry::Scalar;
+
 use crate::bands::Bands;
 use crate::graph::Edge;
 use crate::sphere::MotionSphere;
@@ -18,18 +20,15 @@ macro_rules! add_near {
         let ((node, sphere), (from, to)) = ($of, $range);
         let mut at: u32 = from;
         while at < to {
-            let mut hits: u32 = $form::intersecting($lanes.block(at), sphere);
-            let left = to - at;
-            if left < LANES {
-                hits &= (1 << left) - 1;
-            }
-            $form::add_hits($pairs, node, $base + at, hits);
+            let hits = $form::intersecting($lanes.block(at), sphere) & low_bits(to - at);
+            $pairs.add_hits(node, ($base + at, hits), (0, 0));
             at += LANES;
         }
     }};
 }
 
-/// The pairs of a row of sectors; see [`add_pairs_of_row`].
+/// The pairs of a row of sectors; see [`add_pairs_of_row`]. Sphere by sphere and not sector by sector, and always the first
+/// lanes of both runs at once: a loop more would be guessed wrong too often.
 macro_rules! add_pairs {
     ($bands:expr, $band:expr, $row:expr, $pairs:expr, $form:ident) => {{
         let this = &$bands.bands[$band];
@@ -38,29 +37,39 @@ macro_rules! add_pairs {
         let (own, next) = (this.starts_of_row($row), below.starts_of_row(row_below));
         let last = own.len() - 2;
         let mut tested = 0;
-        for column in 0..=last {
-            let (from, to) = (own[column], own[column + 1]);
-            let right = if column < last { column + 2 } else { column + 1 };
-            let (end, near) = (own[right], (next[column.saturating_sub(1)], next[right]));
-            for place in from..to {
-                let of = (this.base + place, this.sphere(place));
-                add_near!(this.lanes(), of, (place + 1, end), this.base, $pairs, $form);
-                add_near!(below.lanes(), of, near, below.base, $pairs, $form);
-                tested += end - place - 1 + near.1 - near.0;
-                if column == last {
-                    add_near!(this.lanes(), of, (own[0], own[1]), this.base, $pairs, $form);
-                    add_near!(below.lanes(), of, (next[0], next[1]), below.base, $pairs, $form);
-                    tested += own[1] - own[0] + next[1] - next[0];
-                }
-                if column == 0 {
-                    let wrapped = (next[last], next[last + 1]);
-                    add_near!(below.lanes(), of, wrapped, below.base, $pairs, $form);
-                    tested += wrapped.1 - wrapped.0;
-                }
+        for place in own[0]..own[last + 1] {
+            let sphere = this.sphere(place);
+            let column = this.squares.column(f64::from(sphere.x)) as usize;
+            let right = (column + 2).min(last + 1);
+            let of = (this.base + place, sphere);
+            let (here, near) = ((place + 1, own[right]), (next[column.saturating_sub(1)], next[right]));
+            let (count_here, count_near) = (here.1 - here.0, near.1 - near.0);
+            let hits_here = $form::intersecting(this.lanes().block(here.0), sphere) & low_bits(count_here);
+            let hits_near = $form::intersecting(below.lanes().block(near.0), sphere) & low_bits(count_near);
+            $pairs.add_hits(of.0, (this.base + here.0, hits_here), (below.base + near.0, hits_near));
+            tested += count_here + count_near;
+            if count_here > LANES || count_near > LANES {
+                add_near!(this.lanes(), of, (here.0 + LANES, here.1), this.base, $pairs, $form);
+                add_near!(below.lanes(), of, (near.0 + LANES, near.1), below.base, $pairs, $form);
+            }
+            if column == last {
+                add_near!(this.lanes(), of, (own[0], own[1]), this.base, $pairs, $form);
+                add_near!(below.lanes(), of, (next[0], next[1]), below.base, $pairs, $form);
+                tested += own[1] - own[0] + next[1] - next[0];
+            }
+            if column == 0 {
+                add_near!(below.lanes(), of, (next[last], next[last + 1]), below.base, $pairs, $form);
+                tested += next[last + 1] - next[last];
             }
         }
         tested as usize
     }};
+}
+
+/// As many low bits as asked for, but not more than there are lanes.
+#[inline(always)]
+fn low_bits(count: u32) -> u32 {
+    (1 << count.min(LANES)) - 1
 }
 
 /// Spheres as arrays of their fields, followed by [`LANES`] that intersect nothing.
@@ -112,7 +121,12 @@ impl Lanes {
 /// The later half of the neighbourhood of a sector is the sector itself, the one to the right, and the three in the row
 /// below; spheres of neighbouring sectors lie one behind the other, so these are two runs, and more only where the table
 /// wraps around. So each pair of neighbouring sectors comes up once.
-pub(crate) fn add_pairs_of_row(bands: &Bands, band: usize, row: u32, pairs: &mut Pairs) -> usize {
+pub(crate) fn add_pairs_of_row<S: Scalar>(
+    bands: &Bands<S>,
+    band: usize,
+    row: u32,
+    pairs: &mut Pairs,
+) -> usize {
     #[cfg(target_arch = "x86_64")]
     if let Some(tested) = wide::add_pairs_of_row(bands, band, row, pairs) {
         return tested;
@@ -143,16 +157,22 @@ impl Pairs {
         (self.firsts[place], self.seconds[place])
     }
 
-    /// Returns room for as many pairs as there are lanes, behind those that count.
+    /// Adds the pairs of a node with those that have a bit, counted from each of two numbers on.
     #[inline(always)]
-    fn room(&mut self) -> (&mut [u32; LANES as usize], &mut [u32; LANES as usize]) {
-        let end = self.count + LANES as usize;
+    fn add_hits(&mut self, node: u32, (first, hits): (u32, u32), (second, more): (u32, u32)) {
+        let end = self.count + 2 * LANES as usize;
         if self.firsts.len() < end {
             self.firsts.resize(2 * end, 0);
             self.seconds.resize(2 * end, 0);
         }
-        let firsts = (&mut self.firsts[self.count..end]).try_into().expect("as many as lanes");
-        (firsts, (&mut self.seconds[self.count..end]).try_into().expect("as many as lanes"))
+        let mut left = hits | more << LANES;
+        while left != 0 {
+            let bit = left.trailing_zeros();
+            let other = if bit < LANES { first + bit } else { second + bit - LANES };
+            (self.firsts[self.count], self.seconds[self.count]) = (node, other);
+            self.count += 1;
+            left &= left - 1;
+        }
     }
 
     /// Bytes on the heap.
@@ -162,20 +182,7 @@ impl Pairs {
 }
 
 mod plain {
-    use super::{LANES, MotionSphere, Pairs};
-
-    /// Adds the pairs of a node with those that have a bit, counted from `first` on.
-    #[inline(always)]
-    pub(super) fn add_hits(pairs: &mut Pairs, node: u32, first: u32, mut hits: u32) {
-        let (firsts, seconds) = pairs.room();
-        let mut count = 0;
-        while hits != 0 {
-            (firsts[count], seconds[count]) = (node, first + hits.trailing_zeros());
-            hits &= hits - 1;
-            count += 1;
-        }
-        pairs.count += count;
-    }
+    use super::{LANES, MotionSphere};
 
     /// Which of the lanes intersect a sphere, one bit each: `|c - d|² <= (R + S)²`, which needs no root.
     #[inline(always)]
@@ -192,10 +199,15 @@ mod plain {
 
 #[cfg(target_arch = "x86_64")]
 mod wide {
-    use super::{Bands, Pairs};
+    use super::{Bands, Pairs, Scalar};
 
     /// The widest vectors that the processor has; the standard library asks it once a process.
-    pub(super) fn add_pairs_of_row(bands: &Bands, band: usize, row: u32, pairs: &mut Pairs) -> Option<usize> {
+    pub(super) fn add_pairs_of_row<S: Scalar>(
+        bands: &Bands<S>,
+        band: usize,
+        row: u32,
+        pairs: &mut Pairs,
+    ) -> Option<usize> {
         if is_x86_feature_detected!("avx2") {
             #[expect(
                 unsafe_code,
@@ -214,11 +226,10 @@ mod avx2 {
         _mm256_set1_ps, _mm256_setzero_ps, _mm256_sub_ps,
     };
 
-    use super::plain::add_hits;
-    use super::{Bands, LANES, MotionSphere, Pairs, avx2};
+    use super::{Bands, LANES, MotionSphere, Pairs, Scalar, avx2, low_bits};
 
     #[target_feature(enable = "avx2")]
-    pub(super) fn add_pairs(bands: &Bands, band: usize, row: u32, pairs: &mut Pairs) -> usize {
+    pub(super) fn add_pairs<S: Scalar>(bands: &Bands<S>, band: usize, row: u32, pairs: &mut Pairs) -> usize {
         add_pairs!(bands, band, row, pairs, avx2)
     }
 
@@ -245,7 +256,13 @@ mod avx2 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
+    use maniple_geometry::{Cycle, Moment, ObjectId};
+
     use crate::batch::Batch;
+    use crate::objects::Objects;
+    use crate::state::State;
+    use crate::wall::Layers;
 
     /// Spheres strewn over a square, some of them giants.
     fn strewn(count: u32, giants: u32) -> Batch<f64> {
@@ -267,20 +284,23 @@ mod tests {
     #[test]
     fn every_pair_of_spheres_that_intersect_comes_up_once_with_vectors_of_any_width() {
         for (count, giants) in [(1, 0), (2, 0), (30, 0), (3000, 0), (30, 3), (3000, 20)] {
-            let batch = strewn(count, giants);
+            let (batch, objects) = (strewn(count, giants), resting(count));
             for threads in [1, 3] {
-                let mut bands = Bands::default();
-                bands.fill(std::slice::from_ref(&batch), threads);
+                let mut bands = Bands::new();
+                bands.fill(std::slice::from_ref(&batch), &objects, (Cycle(0), threads));
                 let levels: Vec<usize> = bands.levels().collect();
                 let (mut wide, mut plain) = (Pairs::default(), Pairs::default());
                 for band in 0..bands.all().len() {
                     for row in bands.all()[band].rows() {
                         add_pairs_of_row(&bands, band, row, &mut wide);
-                        add_pairs!(&bands, band, row, &mut plain, plain);
+                        add_pairs!(bands, band, row, plain, plain);
                     }
                 }
                 let sorted = |pairs: &Pairs| {
-                    let slot = |node: u32| bands.tag_of(node, 0).slot();
+                    let slot = |node: u32| {
+                        let (band, place) = bands.find(node, 0);
+                        band.tags[place].slot()
+                    };
                     let edges = (0..pairs.len()).map(|place| pairs.at(place));
                     let mut slots: Vec<Edge> =
                         edges.map(|(a, b)| (slot(a).min(slot(b)), slot(a).max(slot(b)))).collect();
@@ -301,6 +321,16 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// As many objects; where they are is of no concern here.
+    fn resting(count: u32) -> Objects<f64> {
+        let mut objects = Objects::new(0.0);
+        for id in 0..count {
+            let state = State::at_rest(DVec2::ZERO, Moment::start_of(Cycle(0)), 1.0);
+            objects.insert(ObjectId(id), state, Layers::GROUND);
+        }
+        objects
     }
 
     fn all_pairs(batch: &Batch<f64>) -> Vec<Edge> {

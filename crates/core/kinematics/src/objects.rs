@@ -94,6 +94,11 @@ impl<S: Scalar> Objects<S> {
         self.table.find(spread(id), |&slot| self.intents[slot as usize].id == id).copied()
     }
 
+    /// Returns whether there is a layer in which both of two objects are.
+    pub(crate) fn share_layer(&self, one: u32, other: u32) -> bool {
+        self.layers[one as usize].share(self.layers[other as usize])
+    }
+
     /// Returns what is kept of an object.
     pub(crate) fn of(&self, slot: u32) -> (&State<S>, &Intent<S>) {
         (&self.states[slot as usize], &self.intents[slot as usize])

@@ -1,6 +1,6 @@
 //! The events of one component, earliest first.
 
-use maniple_geometry::contact::{Mover, Window, circle_contact, is_advancing};
+use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, is_advancing};
 use maniple_geometry::{Piece, Planar, Scalar};
 
 use crate::agenda::{Agenda, FEW};
@@ -10,7 +10,6 @@ use crate::graph::{Around, Edge, Setting};
 use crate::outcome::Outcome;
 use crate::runner::{Halt, Runner, Track};
 use crate::sphere::straight_reach;
-use crate::state::Tag;
 use crate::track::{Stage, add_stages};
 
 /// Components whose runners are made one right after the other, so that the memory answers all at once.
@@ -83,7 +82,7 @@ impl<S: Scalar> Solver<S> {
             self.arena.clear();
             self.runners.clear();
             for &node in block.clone().flat_map(|component| components.nodes.group(component)) {
-                self.add_runner(setting.bands.tag_of(node, 0), setting);
+                self.add_runner(node, setting);
             }
             self.here = 0..0;
             for component in block {
@@ -167,23 +166,23 @@ impl<S: Scalar> Solver<S> {
         u32::try_from(self.edges.len()).expect("edges are numbered with 32 bits") + place
     }
 
-    fn add_runner(&mut self, tag: Tag, setting: &Setting<'_, S>) {
+    fn add_runner(&mut self, node: u32, setting: &Setting<'_, S>) {
+        let (band, place) = setting.bands.find(node, 0);
+        let (tag, Straight { point, velocity, radius }) = (band.tags[place], band.straights[place]);
         let slot = tag.slot();
-        let state = &setting.objects.states[slot as usize];
         let (track, last_motion) = if tag.turns() {
             let from = self.arena.len();
             add_stages(&setting.objects.plan(slot), setting.cycle, &mut self.arena);
             let place = |length: usize| u32::try_from(length).expect("few stages");
-            (Track::Turning(place(from), place(self.arena.len())), self.arena[self.arena.len() - 1].motion)
+            let last = self.arena[self.arena.len() - 1].motion;
+            (Track::Turning(place(from), place(self.arena.len())), last)
         } else {
-            let motion = state.motion();
-            let point = state.position(setting.cycle);
-            (Track::Straight { point, velocity: motion.velocity }, motion)
+            (Track::Straight { point, velocity }, setting.objects.states[slot as usize].motion())
         };
         self.runners.push(Runner {
             slot,
             id: setting.objects.intents[slot as usize].id,
-            radius: state.radius,
+            radius,
             layers: setting.objects.layers[slot as usize],
             track,
             last: last_motion.position(setting.cycle.next()).flushed(),

@@ -45,7 +45,7 @@ pub struct World<S: Scalar = f64> {
     /// Objects that are going to be active from the next cycle on.
     pub(crate) fresh: Vec<u32>,
     pub(crate) batches: Vec<Batch<S>>,
-    pub(crate) bands: Bands,
+    pub(crate) bands: Bands<S>,
     pub(crate) graphs: Vec<Graph<S>>,
     pub(crate) components: Components<S>,
     pub(crate) solvers: Vec<Solver<S>>,
@@ -91,7 +91,7 @@ impl<S: Scalar> World<S> {
             alarms: BinaryHeap::new(),
             fresh: Vec::new(),
             batches: vec![Batch::new()],
-            bands: Bands::default(),
+            bands: Bands::new(),
             graphs: Vec::new(),
             components: Components::new(),
             solvers: Vec::new(),
