@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 
 use crate::piece::Piece;
-use crate::predicate::{Approach, Pair, enters_from, side_of_way};
+use crate::predicate::{Approach, Pair, side_of_way};
 use crate::scalar::{Planar, Scalar};
 use crate::segment::Segment;
 
@@ -55,10 +55,10 @@ pub fn circle_contact<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Windo
     enters(a, b, window).then(|| bounded(from + entry(d, w, (a.radius + b.radius + skin, skin)), to))
 }
 
-/// A circle that goes straight on for a whole cycle, or rests.
+/// A circle that goes straight on for the rest of a cycle, or rests.
 #[derive(Clone, Copy, Debug)]
 pub struct Straight<S: Scalar = f64> {
-    /// The centre when the cycle begins.
+    /// Where the centre is, or would have been, when the cycle begins.
     pub point: S::Vector,
     /// World units a cycle.
     pub velocity: S::Vector,
@@ -66,34 +66,37 @@ pub struct Straight<S: Scalar = f64> {
     pub radius: S,
 }
 
-/// As [`circle_contact`] for two circles that go straight on for the whole cycle, which is the window: the same bits with
-/// less ado.
+impl<S: Scalar> Straight<S> {
+    /// The centre at a time, rounded.
+    #[inline]
+    fn position(&self, time: S) -> S::Vector {
+        if time == S::ZERO { self.point } else { (self.point + self.velocity * time).flushed() }
+    }
+
+    /// The same as a piece.
+    fn piece(&self) -> Piece<S> {
+        Piece { point: self.point, velocity: self.velocity, since: S::ZERO, until: S::ONE, goal: None }
+    }
+}
+
+/// As [`circle_contact`] for two circles that go straight on from a time to the end of the cycle: the same bits with less
+/// ado.
 #[inline]
 #[must_use]
-pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Option<S> {
-    let (d, w) = (b.point - a.point, b.velocity - a.velocity);
-    let radii = (a.radius.to_f64(), b.radius.to_f64());
-    let enters = match enters_from(d.to_dvec2(), w.to_dvec2(), radii.0 + radii.1) {
-        // The rounded difference of single precision is not that of the predicates.
-        Some(enters) if S::ROUNDOFF == S::from_f64(f64::EPSILON / 2.0) => enters,
-        Some(_) | None => {
-            let piece = |of: &Straight<S>| Piece {
-                point: of.point,
-                velocity: of.velocity,
-                since: S::ZERO,
-                until: S::ONE,
-                goal: None,
-            };
-            let pieces = (piece(a), piece(b));
-            let movers =
-                (Mover { piece: &pieces.0, radius: a.radius }, Mover { piece: &pieces.1, radius: b.radius });
-            enters(movers.0, movers.1, Window { from: S::ZERO, to: S::ONE, skin })
-        }
-    };
+pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, (from, skin): (S, S)) -> Option<S> {
+    let (d, w) = (b.position(from) - a.position(from), b.velocity - a.velocity);
+    let anchor = |of: &Straight<S>| of.piece().on_line(from);
+    let pair = Pair::new(anchor(a), anchor(b), (a.radius.to_f64(), b.radius.to_f64()));
+    let enters = pair.enters_plainly((S::ONE - from).to_f64()).unwrap_or_else(|| {
+        let pieces = (a.piece(), b.piece());
+        let movers =
+            (Mover { piece: &pieces.0, radius: a.radius }, Mover { piece: &pieces.1, radius: b.radius });
+        enters_exactly(movers.0, movers.1, (from, S::ONE))
+    });
     if !enters || w == S::Vector::zero() {
         return None;
     }
-    Some(bounded(entry(d, w, (a.radius + b.radius + skin, skin)), S::ONE))
+    Some(bounded(from + entry(d, w, (a.radius + b.radius + skin, skin)), S::ONE))
 }
 
 /// Returns when a moving circle collides with a segment in a window in which the piece holds, as a fraction of the

@@ -43,11 +43,13 @@ impl Anchor {
     }
 
     /// The place, rounded.
+    #[inline]
     fn place(&self) -> DVec2 {
         self.point + self.velocity * (self.time - self.since)
     }
 
     /// A bound of the error of each component of the rounded place.
+    #[inline]
     fn error(&self) -> f64 {
         if self.time == self.since || self.velocity == DVec2::ZERO {
             0.0
@@ -142,12 +144,6 @@ impl Pair {
     fn exact_reach(&self) -> Exact {
         Exact::new(self.radii.0) + Exact::new(self.radii.1)
     }
-}
-
-/// As [`Encounter::enters`] within a cycle, for two circles whose offset was taken from exact points.
-#[inline]
-pub(crate) fn enters_from(d: DVec2, w: DVec2, reach: f64) -> Option<bool> {
-    Encounter { d, d_error: U * norm(d), w, reach }.enters(1.0)
 }
 
 /// Two circles on straight lines, at one time, in rounded numbers; symbols as in [`Pair`].

@@ -5,15 +5,12 @@ use std::collections::BinaryHeap;
 
 use maniple_geometry::Scalar;
 
-/// Up to so many items a look at all of them is cheaper than a heap.
-pub(crate) const FEW: usize = 24;
-
 /// The times of numbered items, and which comes first: a priority queue whose items can be put to another time.
 #[derive(Clone, Debug)]
 pub(crate) struct Agenda<S: Scalar> {
-    /// For each item when it happens; infinity if it does not, so that the smallest is found without a branch.
+    /// For each item when it happens; infinity if it does not.
     times: Vec<S>,
-    /// Where there are many items: all times that items had; one that is no longer so is dropped when it comes up.
+    /// All times that items had; one that is no longer so is dropped when it comes up.
     heap: BinaryHeap<Reverse<Entry<S>>>,
 }
 
@@ -54,9 +51,7 @@ impl<S: Scalar> Agenda<S> {
     #[inline]
     pub(crate) fn set(&mut self, item: u32, time: Option<S>) {
         self.times[item as usize] = time.unwrap_or(S::INFINITY);
-        if self.times.len() > FEW
-            && let Some(time) = time
-        {
+        if let Some(time) = time {
             self.heap.push(Reverse(Entry { time, item }));
         }
     }
@@ -64,24 +59,6 @@ impl<S: Scalar> Agenda<S> {
     /// Takes the items that come first off, all of one time, and adds them to a list; returns that time, or `None` if
     /// nothing happens any more.
     pub(crate) fn take_first(&mut self, items: &mut Vec<u32>) -> Option<S> {
-        if self.times.len() > FEW { self.take_from_heap(items) } else { self.take_from_all(items) }
-    }
-
-    fn take_from_all(&mut self, items: &mut Vec<u32>) -> Option<S> {
-        let first = self.times.iter().copied().fold(S::INFINITY, S::lesser);
-        if first == S::INFINITY {
-            return None;
-        }
-        for (item, time) in (0u32..).zip(&mut self.times) {
-            if *time == first {
-                *time = S::INFINITY;
-                items.push(item);
-            }
-        }
-        Some(first)
-    }
-
-    fn take_from_heap(&mut self, items: &mut Vec<u32>) -> Option<S> {
         let mut first = None;
         while let Some(&Reverse(Entry { time, item })) = self.heap.peek() {
             if first.is_some_and(|first| first != time) {
@@ -109,7 +86,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn few_and_many_items_come_in_the_same_order() {
+    fn items_come_by_time_wherever_they_were_before() {
         for count in [20u32, 200] {
             let mut agenda = Agenda::new();
             agenda.begin(count as usize);

@@ -12,7 +12,7 @@ use maniple_geometry::{Planar, Scalar};
 
 use crate::graph::Setting;
 use crate::runner::{Runner, Track};
-use crate::solve::{Links, Solver, first_contact};
+use crate::solve::{Solver, first_contact};
 use crate::track::Stage;
 
 /// How often an object can be pulled back before it is at its start: the steps are 4, 8, 16… roundoffs of the cycle,
@@ -53,14 +53,7 @@ impl<S: Scalar> Solver<S> {
             let this = &mut self.runners[runner as usize];
             this.retreat(&self.arena);
             assert!(this.retreats <= RETREATS_MAX, "retreats reach the start");
-            let is_in = |&edge: &u32| {
-                let (a, b) = self.edges[edge as usize];
-                a == runner || b == runner
-            };
-            match self.links_of(runner) {
-                Links::All(edges) => suspects.extend(edges.filter(is_in)),
-                Links::Listed(edges) => suspects.extend_from_slice(edges),
-            }
+            suspects.extend_from_slice(self.links_of(runner));
         }
         suspects.sort_unstable();
         suspects.dedup();

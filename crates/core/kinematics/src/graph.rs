@@ -123,7 +123,7 @@ impl<S: Scalar> Graph<S> {
                 continue;
             }
             let (first, second) = (&first_band.straights[a], &second_band.straights[b]);
-            match straight_contact(first, second, skin) {
+            match straight_contact(first, second, (S::ZERO, skin)) {
                 Some(time) => self.hits.push((number, time)),
                 None => {
                     let between = second.point + second.velocity - (first.point + first.velocity);

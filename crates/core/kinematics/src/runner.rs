@@ -1,5 +1,6 @@
 //! An object in the cycle that is being solved.
 
+use maniple_geometry::contact::Straight;
 use maniple_geometry::{ObjectId, Piece, Planar, Scalar};
 
 use crate::event::EventKind;
@@ -137,12 +138,18 @@ impl<S: Scalar> Runner<S> {
         }
     }
 
-    /// Returns the one piece that the object passes from a time on, if it is so: on a straight track, or since it is held.
+    /// Returns the one line that the object is on from a time to the end of the cycle, if it is so: on a straight track, or
+    /// since it is held.
     #[inline]
-    pub(crate) fn only_piece_from(&self, time: S) -> Option<Piece<S>> {
+    pub(crate) fn line_from(&self, time: S) -> Option<Straight<S>> {
+        let radius = self.radius;
         match self.track {
-            _ if self.is_held && self.end <= time => Some(Piece::at_rest(self.last, self.end, S::ONE)),
-            Track::Straight { point, velocity } if !self.is_held => Some(straight(point, velocity)),
+            _ if self.is_held && self.end <= time => {
+                Some(Straight { point: self.last, velocity: S::Vector::zero(), radius })
+            }
+            Track::Straight { point, velocity } if !self.is_held => {
+                Some(Straight { point, velocity, radius })
+            }
             Track::Straight { .. } | Track::Turning(..) => None,
         }
     }

@@ -1,9 +1,9 @@
 //! The events of one component, earliest first.
 
-use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, is_advancing};
+use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, is_advancing, straight_contact};
 use maniple_geometry::{Piece, Planar, Scalar};
 
-use crate::agenda::{Agenda, FEW};
+use crate::agenda::Agenda;
 use crate::components::Components;
 use crate::event::EventKind;
 use crate::graph::{Around, Edge, Setting};
@@ -40,7 +40,7 @@ pub(crate) struct Solver<S: Scalar> {
     fixed: Vec<(u32, Halt)>,
     /// When the edges collide, and behind them the fixed.
     agenda: Agenda<S>,
-    /// Where there are many edges: for each runner the edges that it is in, those from one start to the next.
+    /// For each runner the edges that it is in, those from one start to the next.
     links: Vec<u32>,
     link_starts: Vec<u32>,
     generation: Vec<u32>,
@@ -123,14 +123,11 @@ impl<S: Scalar> Solver<S> {
             + self.outcome.bytes()
     }
 
-    /// Returns the edges that a runner is in, perhaps among others.
-    pub(crate) fn links_of(&self, runner: u32) -> Links<'_> {
-        if self.edges.len() <= FEW {
-            return Links::All(0..u32::try_from(self.edges.len()).expect("few"));
-        }
+    /// Returns the edges that a runner is in.
+    pub(crate) fn links_of(&self, runner: u32) -> &[u32] {
         let place = runner as usize - self.here.start;
         let (from, to) = (self.link_starts[place], self.link_starts[place + 1]);
-        Links::Listed(&self.links[from as usize..to as usize])
+        &self.links[from as usize..to as usize]
     }
 
     /// Takes over what is known to lie ahead of the runners of a component.
@@ -223,12 +220,9 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
-    /// Lists for each runner the edges that it is in, if they are many.
+    /// Lists for each runner the edges that it is in.
     fn link(&mut self) {
         let Self { edges, links, link_starts, here, .. } = self;
-        if edges.len() <= FEW {
-            return;
-        }
         link_starts.clear();
         link_starts.resize(here.len() + 2, 0);
         for &(a, b) in edges.iter() {
@@ -301,21 +295,9 @@ impl<S: Scalar> Solver<S> {
     fn predict_anew(&mut self, time: S, skin: S) {
         for index in 0..self.halts.len() {
             let stopped = self.halts[index].0;
-            match self.links_of(stopped) {
-                Links::All(edges) => {
-                    for edge in edges {
-                        let (a, b) = self.edges[edge as usize];
-                        if a == stopped || b == stopped {
-                            self.predict(edge, time, skin);
-                        }
-                    }
-                }
-                Links::Listed(_) => {
-                    let place = stopped as usize - self.here.start;
-                    for link in self.link_starts[place]..self.link_starts[place + 1] {
-                        self.predict(self.links[link as usize], time, skin);
-                    }
-                }
+            let place = stopped as usize - self.here.start;
+            for link in self.link_starts[place]..self.link_starts[place + 1] {
+                self.predict(self.links[link as usize], time, skin);
             }
         }
         for index in 0..self.generation.len() {
@@ -342,14 +324,6 @@ impl<S: Scalar> Solver<S> {
     }
 }
 
-/// The edges of a runner.
-pub(crate) enum Links<'a> {
-    /// Among all edges, which are few.
-    All(std::ops::Range<u32>),
-    /// Exactly these.
-    Listed(&'a [u32]),
-}
-
 fn is_stopped_by<S: Scalar>(
     (runner, partner): (&Runner<S>, &Runner<S>),
     stops: Stops,
@@ -370,10 +344,8 @@ pub(crate) fn first_contact<S: Scalar>(
     (from, skin): (S, S),
     arena: &[Stage<S>],
 ) -> Option<S> {
-    if let (Some(one), Some(other)) = (first.only_piece_from(from), second.only_piece_from(from)) {
-        let movers =
-            (Mover { piece: &one, radius: first.radius }, Mover { piece: &other, radius: second.radius });
-        return circle_contact(movers.0, movers.1, Window { from, to: S::ONE, skin });
+    if let (Some(one), Some(other)) = (first.line_from(from), second.line_from(from)) {
+        return straight_contact(&one, &other, (from, skin));
     }
     let (mut ones, mut others) = (first.pieces_from(from, arena), second.pieces_from(from, arena));
     let (mut one, mut other): (Piece<S>, Piece<S>) = (ones.next()?, others.next()?);
