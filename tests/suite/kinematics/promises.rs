@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::limits::TINY;
 use maniple_geometry::{Circle, Cycle, Moment, NumberError, ObjectId};
 use maniple_kinematics::{
-    Event, EventKind, InsertError, Layers, Leg, OrderError, Placement, Stops, WallError, World,
+    Event, EventKind, InsertError, Layers, Leg, OrderError, Placement, Stops, Wall, WallError, World,
 };
 
 use super::scene::{Order, Random, Scene};
@@ -503,4 +503,37 @@ fn layers_do_not_collide_with_each_other() {
     let (world, events, _) = scene.go(0, 1, (15.0, 5.0), 20.0).play();
     assert_eq!(kinds(&events, 1), [EventKind::Arrived]);
     assert_eq!(at(&world, 1), DVec2::new(15.0, 5.0));
+}
+
+/// A crowd in single precision, with walls; after each cycle nothing overlaps in exact arithmetic.
+#[test]
+fn k1_holds_in_single_precision_too() {
+    let seed = 17;
+    println!("seed {seed}");
+    let mut random = Random(seed);
+    let scene = Scene::boxed(30.0, Stops::Both).wall((10.0, 5.0), (20.0, 25.0));
+    let walls: Vec<Wall<f32>> = scene
+        .walls
+        .iter()
+        .map(|wall| Wall { segment: wall.segment.rounded(), kind: wall.kind, layers: wall.layers })
+        .collect();
+    let mut world = World::<f32>::new(scene.limits, scene.stops, &walls).expect("the walls are good");
+    let point =
+        |random: &mut Random| DVec2::new(random.between(1.0, 29.0), random.between(1.0, 29.0)).as_vec2();
+    for id in 0..200 {
+        let _ = world.insert(ObjectId(id), Circle::new(point(&mut random), 0.4), Layers::GROUND);
+    }
+    assert!(world.len() > 100);
+    let mut collisions = 0;
+    for _ in 0..60 {
+        for id in world.ids() {
+            if random.chance(0.3) {
+                let leg = Leg { goal: point(&mut random), speed: 0.7 };
+                world.go(id, &[leg], Placement::Replace, None).expect("the order is good");
+            }
+        }
+        collisions += world.step().iter().filter(|event| event.kind == EventKind::Object).count();
+        assert_eq!(world.overlaps(), [], "after cycle {}", world.cycle());
+    }
+    assert!(collisions > 500, "{collisions}");
 }
