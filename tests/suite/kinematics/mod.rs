@@ -1,6 +1,7 @@
 //! The kinematic core: its promises, and its agreement with a slow twin.
 
 mod agreement;
+mod changes;
 mod promises;
 mod scene;
 mod twin;
