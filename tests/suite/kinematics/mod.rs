@@ -2,8 +2,10 @@
 
 mod agreement;
 mod changes;
+mod march;
 mod promises;
 mod scene;
+mod threads;
 mod twin;
 
 pub(crate) use scene::{Random, Scene};
