@@ -2,6 +2,7 @@
 
 mod agreement;
 mod changes;
+mod maps;
 mod march;
 mod promises;
 mod scene;
