@@ -8,5 +8,6 @@ mod promises;
 mod scene;
 mod threads;
 mod twin;
+mod uneven;
 
 pub(crate) use scene::{Random, Scene};
