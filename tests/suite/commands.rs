@@ -74,6 +74,8 @@ fn every_command_has_help_with_an_example() {
         "replay info",
         "replay verify",
         "replay render",
+        "bench",
+        "bench scale",
     ] {
         let arguments: Vec<&str> = command.split(' ').chain(["--help"]).collect();
         let output = run(&arguments);

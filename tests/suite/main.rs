@@ -5,6 +5,7 @@
 
 mod architecture;
 mod arena;
+mod bench;
 mod commands;
 mod fog;
 mod kinematics;

@@ -69,11 +69,11 @@ fn every_shared_map_loads_and_its_walls_form_closed_loops() {
     }
 }
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../.."))
 }
 
-fn load(file: &Path) -> TileMap {
+pub(crate) fn load(file: &Path) -> TileMap {
     let bytes = fs::read(file).unwrap();
     let folder = Folder(file.parent().unwrap());
     match read(&file.to_string_lossy(), &bytes, &folder) {
@@ -83,7 +83,7 @@ fn load(file: &Path) -> TileMap {
 }
 
 /// The maps in a folder and the folders in it, sorted by path.
-fn maps_in(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn maps_in(folder: &Path) -> Vec<PathBuf> {
     let mut maps = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

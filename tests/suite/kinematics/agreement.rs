@@ -31,7 +31,7 @@ fn a_packed_crowd_that_is_sent_to_one_point_agrees_with_the_slow_twin() {
 }
 
 /// Plays scenes in the core and in the twin and returns how often the core pulled an object back.
-fn check_all(class: &str, scenes: u64, longer: u64, make: impl Fn(&mut Random) -> Scene) -> usize {
+pub(super) fn check_all(class: &str, scenes: u64, longer: u64, make: impl Fn(&mut Random) -> Scene) -> usize {
     let seed = 20_260_401;
     let scenes = if std::env::var_os("MANIPLE_LONG").is_some() { longer * scenes } else { scenes };
     println!("class {class}: seed {seed}, {scenes} scenes");

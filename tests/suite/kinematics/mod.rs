@@ -1,8 +1,13 @@
 //! The kinematic core: its promises, and its agreement with a slow twin.
 
 mod agreement;
+mod changes;
+mod maps;
+mod march;
 mod promises;
 mod scene;
+mod threads;
 mod twin;
+mod uneven;
 
 pub(crate) use scene::{Random, Scene};

@@ -1,11 +1,18 @@
 //! The command line.
 
 use std::net::SocketAddr;
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::output::JsonFlag;
+
+/// Most circles of a benchmark of each kind: 4 million take about a gigabyte.
+const OBJECTS_MAX: i64 = 4_000_000;
+
+/// Shares of the area that circles may cover: random placing gets slow above, and cannot go beyond 0.547.
+const DENSITIES: RangeInclusive<f64> = 0.01..=0.4;
 
 /// An authoritative real-time-strategy server with exact kinematics
 #[derive(Debug, Parser)]
@@ -41,6 +48,9 @@ pub(crate) enum Command {
     /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
     #[command(subcommand, after_help = "Example: maniple replay verify duel.replay")]
     Replay(ReplayCommand),
+    /// Measure the kinematics core on this machine
+    #[command(subcommand, after_help = "Example: maniple bench scale --objects 1000,10000")]
+    Bench(BenchCommand),
 }
 
 #[derive(Debug, Subcommand)]
@@ -219,6 +229,77 @@ pub(crate) struct ReplayRender {
     /// Pixels a tile; without it the picture gets about 1,024 pixels wide or high
     #[arg(long, value_name = "PIXELS", value_parser = clap::value_parser!(u32).range(1..=64))]
     pub(crate) scale: Option<u32>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum BenchCommand {
+    /// Let circles march on random headings, and time each cycle: over their number, their density and threads; exit
+    /// code 1 if the state hash depends on the number of threads
+    #[command(after_help = "Example: maniple bench scale --objects 1000,10000 --density 0.05 --threads 1,2")]
+    Scale(BenchScale),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchScale {
+    /// How many circles march, 1 to 4000000 each
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "1000,10000,100000,1000000",
+        value_parser = clap::value_parser!(u32).range(1..=OBJECTS_MAX)
+    )]
+    pub(crate) objects: Vec<u32>,
+    /// Shares of the area that they cover, 0.01 to 0.4 each; on a map of the passable tiles, and at most so much
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "0.05,0.25",
+        value_parser = density
+    )]
+    pub(crate) density: Vec<f64>,
+    /// Numbers of threads, 1 to 256 each; the result has the same bits with any of them
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "1,2",
+        value_parser = clap::value_parser!(u32).range(1..=256)
+    )]
+    pub(crate) threads: Vec<u32>,
+    /// March on this map: .tmx or .map; and once more in an empty world of its size
+    #[arg(long, value_name = "FILE")]
+    pub(crate) map: Option<PathBuf>,
+    /// Cycles that are timed, behind those to warm up
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 20,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
+    pub(crate) cycles: u32,
+    /// Circles at rest besides, in a part of the world apart, up to 4000000
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        value_parser = clap::value_parser!(u32).range(0..=OBJECTS_MAX)
+    )]
+    pub(crate) resting: u32,
+    /// The seed of places, headings and speeds
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+fn density(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if DENSITIES.contains(&share) => Ok(share),
+        Ok(share) => Err(format!("{share} is not in {} to {}", DENSITIES.start(), DENSITIES.end())),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -1,5 +1,6 @@
 //! One file a command.
 
+pub(crate) mod bench;
 pub(crate) mod bot;
 pub(crate) mod map;
 pub(crate) mod play;

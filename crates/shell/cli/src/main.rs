@@ -1,4 +1,4 @@
-//! The command `maniple`: serve, match, bot, replay, map, simulate.
+//! The command `maniple`: serve, match, bot, replay, map, simulate, bench.
 
 mod arguments;
 mod commands;
@@ -38,6 +38,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Serve(serve) => commands::serve::run(&serve),
         Command::Bot(bot) => commands::bot::run(&bot),
         Command::Replay(replay) => commands::replay::run(&replay),
+        Command::Bench(bench) => commands::bench::run(&bench),
     }
 }
 
