@@ -209,10 +209,12 @@ impl<S: Scalar> Around<S> {
     }
 
     fn meet_wall(&mut self, piece: &Piece<S>, to: S::Vector, wall: &Wall<S>, skin: S) {
-        let window = Window { from: piece.since, to: piece.until, skin };
-        if is_box_clear(piece.point, to, &wall.segment, self.radius + skin + skin) {
+        let reach = self.radius + skin + skin;
+        let way = (piece.point, to);
+        if is_box_clear(way, &wall.segment, reach) || is_line_clear(way, &wall.segment, reach) {
             return;
         }
+        let window = Window { from: piece.since, to: piece.until, skin };
         match segment_contact(Mover { piece, radius: self.radius }, &wall.segment, window) {
             Some(time) => {
                 let kind = match wall.kind {
@@ -221,7 +223,7 @@ impl<S: Scalar> Around<S> {
                 };
                 self.add(time, Halt { kind, other: None });
             }
-            None => self.ends_near = true,
+            None => self.ends_near |= is_within(to, &wall.segment, reach),
         }
     }
 
@@ -250,9 +252,33 @@ impl<S: Scalar> Around<S> {
 }
 
 /// Whether the boxes of a way and of a segment are further apart than `reach`.
-fn is_box_clear<S: Scalar>(from: S::Vector, to: S::Vector, segment: &Segment<S>, reach: S) -> bool {
+fn is_box_clear<S: Scalar>((from, to): (S::Vector, S::Vector), segment: &Segment<S>, reach: S) -> bool {
     let apart =
         |a: S, b: S, c: S, d: S| a.lesser(b) > c.greater(d) + reach || a.greater(b) < c.lesser(d) - reach;
     apart(from.x(), to.x(), segment.start.x(), segment.end.x())
         || apart(from.y(), to.y(), segment.start.y(), segment.end.y())
+}
+
+/// Whether a way stays on one side of the line of a segment, further than `reach` from it: `(e × q)² > reach² e²` at both
+/// ends, with the same sign. The reach has two skins of room, which outweigh the rounding.
+fn is_line_clear<S: Scalar>((from, to): (S::Vector, S::Vector), segment: &Segment<S>, reach: S) -> bool {
+    let e = segment.direction();
+    let bound = reach * reach * e.dot(e);
+    let (before, after) = (e.cross(from - segment.start), e.cross(to - segment.start));
+    before * before > bound && after * after > bound && (before > S::ZERO) == (after > S::ZERO)
+}
+
+/// Whether a point is within `reach` of a segment, up to rounding.
+fn is_within<S: Scalar>(point: S::Vector, segment: &Segment<S>, reach: S) -> bool {
+    let (e, q) = (segment.direction(), point - segment.start);
+    let (foot, square) = (e.dot(q), e.dot(e));
+    if foot <= S::ZERO {
+        return q.dot(q) < reach * reach;
+    }
+    if foot >= square {
+        let q = point - segment.end;
+        return q.dot(q) < reach * reach;
+    }
+    let cross = e.cross(q);
+    cross * cross < reach * reach * square
 }
