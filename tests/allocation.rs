@@ -1,0 +1,99 @@
+//! A warm cycle takes no memory. A program of its own, since it puts itself in the place of the allocator.
+
+#[path = "suite/kinematics/march.rs"]
+mod march;
+
+use crate::march::{Field, March};
+
+/// What takes memory, counted by thread.
+mod counting {
+    use std::alloc::{GlobalAlloc, Layout, System};
+    use std::cell::Cell;
+
+    thread_local! {
+        static TAKEN: Cell<u64> = const { Cell::new(0) };
+    }
+
+    /// Returns how often this thread has taken memory, or made a piece of it larger.
+    pub(crate) fn taken() -> u64 {
+        TAKEN.with(Cell::get)
+    }
+
+    /// The allocator of the system; each request is counted.
+    struct Counting;
+
+    #[global_allocator]
+    static ALLOCATOR: Counting = Counting;
+
+    fn count() {
+        // The counter needs no memory of its own: it is constant at the start and nothing is dropped at the end.
+        TAKEN.with(|taken| taken.set(taken.get() + 1));
+    }
+
+    #[expect(unsafe_code, reason = "an allocator cannot be written without")]
+    // SAFETY: every request goes to the system's allocator as it is, and so does every answer.
+    unsafe impl GlobalAlloc for Counting {
+        unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+            count();
+            // SAFETY: the caller keeps the promises of `alloc`, which are those of the system's allocator.
+            unsafe { System.alloc(layout) }
+        }
+
+        unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+            count();
+            // SAFETY: as above.
+            unsafe { System.alloc_zeroed(layout) }
+        }
+
+        unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+            count();
+            // SAFETY: as above; the piece is one of the system's allocator, since all are.
+            unsafe { System.realloc(pointer, layout, size) }
+        }
+
+        unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+            // SAFETY: as above.
+            unsafe { System.dealloc(pointer, layout) }
+        }
+    }
+}
+
+/// Cycles until a march is warm.
+const WARM_UP: u32 = 100;
+
+/// Cycles that are counted: more than there are between two tidyings of memory.
+const CYCLES: u32 = 40;
+
+#[test]
+fn a_warm_cycle_of_constant_activity_takes_no_memory_in_one_thread() {
+    for (objects, side, walls) in [(300, 30.0, 4), (5000, 110.0, 80), (20_000, 230.0, 300)] {
+        let seed = 37;
+        println!("seed {seed}, {objects} objects");
+        let field = Field::boxed(side, walls, seed);
+        let places = field.places(objects, seed, |_| true);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a pool");
+        let taken = pool.install(|| {
+            let mut march = March::new(&field, &places, seed);
+            for _ in 0..WARM_UP {
+                march.order();
+                march.step();
+            }
+            let counted = |_| {
+                march.order();
+                let before = counting::taken();
+                march.step();
+                counting::taken() - before
+            };
+            (0..CYCLES).map(counted).collect::<Vec<u64>>()
+        });
+        assert_eq!(taken, vec![0; CYCLES as usize], "{objects} objects: so often each cycle took memory");
+    }
+}
+
+#[test]
+fn the_counter_counts() {
+    let before = counting::taken();
+    let mut list = vec![1u8];
+    list.reserve_exact(1 << 20);
+    assert_eq!(counting::taken() - before, 2);
+}
