@@ -5,6 +5,8 @@ use std::collections::BinaryHeap;
 
 use maniple_geometry::Scalar;
 
+use crate::room::make_room;
+
 /// The times of numbered items, and which comes first: a priority queue whose items can be put to another time.
 #[derive(Clone, Debug)]
 pub(crate) struct Agenda<S: Scalar> {
@@ -38,6 +40,12 @@ impl<S: Scalar> Ord for Entry<S> {
 impl<S: Scalar> Agenda<S> {
     pub(crate) fn new() -> Self {
         Self { times: Vec::new(), heap: BinaryHeap::new() }
+    }
+
+    /// Takes the memory for so many items.
+    pub(crate) fn make_room(&mut self, items: usize) {
+        make_room(&mut self.times, items);
+        self.heap.reserve_exact(items.saturating_sub(self.heap.len()));
     }
 
     /// Begins anew, with so many items, none of which happens.

@@ -4,6 +4,7 @@ use glam::DVec2;
 use maniple_geometry::{Cycle, Planar, Scalar};
 
 use crate::objects::Objects;
+use crate::room::{component_room, keep_room, make_room};
 use crate::sphere::MotionSphere;
 use crate::state::{Phase, Tag};
 use crate::track::{Stage, add_stages};
@@ -85,6 +86,10 @@ impl<S: Scalar> Batch<S> {
             }
         }
         self.slots.truncate(kept);
+        keep_room(&mut self.slots);
+        keep_room(&mut self.spheres);
+        make_room(&mut self.turning, component_room(kept));
+        make_room(&mut self.stages, component_room(kept));
     }
 
     /// Returns the spheres with the tags of their objects.

@@ -12,6 +12,7 @@ use crate::digest::chained;
 use crate::event::Event;
 use crate::graph::{Graph, Setting};
 use crate::outcome::{Halted, Outcome, Turned};
+use crate::room::keep_room;
 use crate::runner::Halt;
 use crate::solve::Solver;
 use crate::state::{NEVER, Phase};
@@ -151,6 +152,9 @@ impl<S: Scalar> World<S> {
             self.solvers.resize_with(solvers, Solver::new);
         }
         let mut crew = std::mem::take(&mut self.solvers);
+        for solver in &mut crew[..solvers] {
+            solver.make_room(self.activity.runners);
+        }
         let setting = self.setting();
         let stretch = components.div_ceil(solvers);
         let work = |(number, solver): (usize, &mut Solver<S>)| {
@@ -194,6 +198,7 @@ impl<S: Scalar> World<S> {
         for solver in &mut self.solvers {
             solver.outcome.clear();
         }
+        keep_room(&mut self.events);
         self.event_sorter.sort(&mut self.events);
     }
 

@@ -9,6 +9,7 @@ use crate::event::EventKind;
 use crate::lanes::{Pairs, add_pairs_of_row};
 use crate::objects::Objects;
 use crate::resting::Resting;
+use crate::room::keep_room;
 use crate::runner::{Halt, straight};
 use crate::solve::Stops;
 use crate::wall::{Wall, WallKind};
@@ -85,6 +86,11 @@ impl<S: Scalar> Graph<S> {
         }
         self.connect_to_smaller(band, setting);
         self.look_around(band, setting);
+        keep_room(&mut self.edges);
+        keep_room(&mut self.hits);
+        keep_room(&mut self.close);
+        keep_room(&mut self.fixed);
+        keep_room(&mut self.watched);
     }
 
     /// The pairs of the spheres of a band with those of the levels below its own.

@@ -134,6 +134,9 @@ pub(crate) fn add_pairs_of_row<S: Scalar>(
     add_pairs!(bands, band, row, pairs, plain)
 }
 
+/// Room for pairs from the start: few rows have more.
+const PAIRS_MIN: usize = 2048;
+
 /// Pairs of nodes, written many at a time.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pairs {
@@ -162,8 +165,8 @@ impl Pairs {
     fn add_hits(&mut self, node: u32, (first, hits): (u32, u32), (second, more): (u32, u32)) {
         let end = self.count + 2 * LANES as usize;
         if self.firsts.len() < end {
-            self.firsts.resize(2 * end, 0);
-            self.seconds.resize(2 * end, 0);
+            self.firsts.resize(PAIRS_MIN.max(4 * end), 0);
+            self.seconds.resize(PAIRS_MIN.max(4 * end), 0);
         }
         let mut left = hits | more << LANES;
         while left != 0 {

@@ -17,6 +17,7 @@ mod orders;
 mod outcome;
 mod plan;
 mod resting;
+mod room;
 mod runner;
 mod solve;
 mod sphere;

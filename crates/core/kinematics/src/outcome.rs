@@ -6,6 +6,7 @@ use crate::digest::object_hash;
 use crate::event::{Event, EventKind};
 use crate::graph::Setting;
 use crate::plan::{Leg, Plan};
+use crate::room::keep_room;
 use crate::runner::{Halt, Runner, Track, stage_at};
 use crate::track::{Stage, departure};
 
@@ -51,6 +52,9 @@ impl<S: Scalar> Outcome<S> {
     }
 
     pub(crate) fn clear(&mut self) {
+        keep_room(&mut self.halted);
+        keep_room(&mut self.turned);
+        keep_room(&mut self.events);
         self.halted.clear();
         self.turned.clear();
         self.events.clear();
@@ -144,6 +148,7 @@ impl EventSorter {
             sum += *start;
             *start = sum;
         }
+        keep_room(&mut self.starts);
         std::mem::swap(events, &mut self.spare);
         events.clear();
         events.extend_from_slice(&self.spare);

@@ -8,6 +8,7 @@ use crate::components::Components;
 use crate::event::EventKind;
 use crate::graph::{Around, Edge, Setting};
 use crate::outcome::Outcome;
+use crate::room::{component_room, make_room};
 use crate::runner::{Halt, Runner, Track};
 use crate::sphere::straight_reach;
 use crate::track::{Stage, add_stages};
@@ -68,6 +69,22 @@ impl<S: Scalar> Solver<S> {
             failed: Vec::new(),
             outcome: Outcome::new(),
         }
+    }
+
+    /// Takes the memory that the components of a world with so many active objects may need.
+    pub(crate) fn make_room(&mut self, active: usize) {
+        let room = component_room(active);
+        make_room(&mut self.runners, 2 * room);
+        make_room(&mut self.arena, room);
+        make_room(&mut self.edges, 2 * room);
+        make_room(&mut self.fixed, room);
+        make_room(&mut self.links, 4 * room);
+        make_room(&mut self.link_starts, room);
+        make_room(&mut self.generation, room);
+        make_room(&mut self.halts, room);
+        make_room(&mut self.suspects, room);
+        make_room(&mut self.failed, room);
+        self.agenda.make_room(3 * room);
     }
 
     /// Solves some components, one after the other.
