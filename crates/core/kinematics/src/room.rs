@@ -17,7 +17,7 @@ const SPARE: usize = 128;
 /// Sees to it that a list that was filled in a cycle has room to spare, since the number differs from cycle to cycle: where
 /// less than a sixteenth is left, there will be as much again.
 pub(crate) fn keep_room<T>(list: &mut Vec<T>) {
-    if list.capacity() < list.len() + list.len() / 16 + SPARE / 2 {
+    if list.capacity() < list.len() + list.len() / 16 + SPARE / 8 {
         list.reserve_exact(list.len() + SPARE);
     }
 }
