@@ -111,3 +111,63 @@ fn what_bench_scale_cannot_do_is_a_usage_error_that_names_argument_and_limit() {
     check(&["--cycles", "0"], &["--cycles", "1..=1000000"]);
     fails(&["bench", "scale", "--map", "no/such.map"], 3);
 }
+
+#[test]
+fn sectors_find_the_pairs_of_all_spheres_with_far_fewer_tests() {
+    let rows = json(&["bench", "broad", "--objects", "50,2000", "--json"]);
+    let rows = rows.as_array().expect("an array of rows");
+    let number = |row: &Value, field: &str| row[field].as_u64().unwrap_or_else(|| panic!("{field} of {row}"));
+    let methods: Vec<_> = rows.iter().map(|row| (number(row, "objects"), row["method"].as_str())).collect();
+    let expected = [50, 2000].into_iter().flat_map(|objects| {
+        ["all_pairs", "boxes", "spheres", "sectors"].map(|method| (objects, Some(method)))
+    });
+    assert_eq!(methods, expected.collect::<Vec<_>>());
+    for of_a_count in rows.chunks(4) {
+        let objects = number(&of_a_count[0], "objects");
+        for row in of_a_count {
+            assert_eq!(row.as_object().map(serde_json::Map::len), Some(5), "{row}");
+            assert!(row["ns_per_object"].as_f64().is_some_and(|time| time > 0.0), "{row}");
+        }
+        let [contacts, boxes, spheres, sectors] =
+            [0, 1, 2, 3].map(|place| number(&of_a_count[place], "pairs_found"));
+        assert!(0 < contacts && contacts <= boxes && contacts <= spheres, "{of_a_count:?}");
+        // Spheres are rounded outwards before they get into sectors.
+        assert!(spheres <= sectors && sectors <= spheres + spheres / 1000 + 1, "{of_a_count:?}");
+        for row in &of_a_count[..3] {
+            assert_eq!(number(row, "pairs_tested"), objects * (objects - 1) / 2, "{row}");
+        }
+    }
+    let tested = |place: usize| number(&rows[place], "pairs_tested");
+    assert!(tested(7) * 20 < tested(6), "{rows:?}");
+}
+
+#[test]
+fn methods_that_test_every_pair_are_left_out_above_their_limit_and_said_so() {
+    let output = run(&["bench", "broad", "--objects", "100,10001", "--density", "0.05"]);
+    let (text, said) =
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).expect("text")).into();
+    assert!(output.status.success(), "{said}");
+    assert_eq!(text.lines().count(), 2 + 4 + 1, "{text}");
+    assert!(
+        text.lines().last().is_some_and(|line| line.contains("sectors") && line.contains("10,001")),
+        "{text}"
+    );
+    for named in ["all_pairs, boxes, spheres", "10,001", "10,000"] {
+        assert!(said.contains(named), "{said} does not name {named}");
+    }
+}
+
+#[test]
+fn what_bench_broad_cannot_do_is_a_usage_error_that_names_argument_and_limit() {
+    let check = |arguments: &[&str], named: &[&str]| {
+        let error = fails(&[&["bench", "broad"], arguments].concat(), 2);
+        assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");
+    };
+    check(&["--objects", "0"], &["--objects", "1..=4000000"]);
+    check(&["--objects", "10,4000001"], &["--objects", "4000001", "1..=4000000"]);
+    check(&["--objects", ""], &["--objects"]);
+    check(&["--density", "0.5"], &["--density", "0.5", "0.01 to 0.4"]);
+    check(&["--density", "NaN"], &["--density", "NaN", "0.01 to 0.4"]);
+    check(&["--seed=-1"], &["--seed"]);
+    check(&["--threads", "2"], &["--threads"]);
+}

@@ -5,11 +5,10 @@
 //! thread.
 
 use maniple_geometry::contact::Straight;
-use maniple_geometry::{Cycle, Planar, Scalar};
+use maniple_geometry::{Planar, Scalar};
 
 use crate::batch::Batch;
 use crate::lanes::Lanes;
-use crate::objects::Objects;
 use crate::sphere::MotionSphere;
 use crate::squares::Squares;
 use crate::state::Tag;
@@ -96,12 +95,12 @@ impl<S: Scalar> Bands<S> {
         self.all().partition_point(|band| band.base <= node) - 1
     }
 
-    /// Puts the spheres of all batches into sectors, for so many threads.
+    /// Puts the spheres of all batches into sectors, for so many threads; `straight` tells what is kept beside a sphere.
     pub(crate) fn fill(
         &mut self,
         batches: &[Batch<S>],
-        objects: &Objects<S>,
-        (cycle, threads): (Cycle, usize),
+        threads: usize,
+        straight: impl Fn(Tag) -> Straight<S> + Sync,
     ) {
         self.lay_out(batches, threads);
         let Self { bands, used, .. } = self;
@@ -109,7 +108,7 @@ impl<S: Scalar> Bands<S> {
             .iter()
             .fold(0.0, |largest, band| if band.radius_max > largest { band.radius_max } else { largest });
         let levels = bands[..*used].last().map_or(0, |band| band.level + 1);
-        crate::cycle::each(&mut bands[..*used], |band| band.fill(batches, objects, cycle, (largest, levels)));
+        crate::cycle::each(&mut bands[..*used], |band| band.fill(batches, (largest, levels), &straight));
         let mut base = 0;
         for band in &mut bands[..*used] {
             band.base = base;
@@ -203,6 +202,12 @@ impl<S: Scalar> Bands<S> {
         (0..bands.len()).filter(move |&band| band == 0 || bands[band - 1].level != bands[band].level)
     }
 
+    /// Returns the first band of each level whose spheres are smaller than those of a band.
+    pub(crate) fn smaller_levels(&self, than: usize) -> impl Iterator<Item = usize> + '_ {
+        let level = self.bands[than].level;
+        self.levels().filter(move |&other| self.bands[other].level > level)
+    }
+
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
         self.bands.iter().map(Band::bytes).sum()
@@ -242,9 +247,8 @@ impl<S: Scalar> Band<S> {
     fn fill(
         &mut self,
         batches: &[Batch<S>],
-        objects: &Objects<S>,
-        cycle: Cycle,
         (largest, levels): (f32, usize),
+        straight: &impl Fn(Tag) -> Straight<S>,
     ) {
         let sectors = (self.rows * self.squares.columns()) as usize;
         self.starts.clear();
@@ -261,8 +265,7 @@ impl<S: Scalar> Band<S> {
         }
         self.lanes.resize(sum as usize);
         self.tags.resize(sum as usize, Tag::new(0, false));
-        let nobody = Straight { point: S::Vector::zero(), velocity: S::Vector::zero(), radius: S::ZERO };
-        self.straights.resize(sum as usize, nobody);
+        self.straights.resize(sum as usize, nobody());
         for batch in batches {
             for (sphere, tag) in batch.tagged() {
                 if let Some(sector) = self.sector_here(sphere, largest, levels) {
@@ -270,7 +273,7 @@ impl<S: Scalar> Band<S> {
                     self.starts[sector + 1] += 1;
                     self.lanes.set(place, sphere);
                     self.tags[place] = tag;
-                    self.straights[place] = objects.states[tag.slot() as usize].straight(cycle);
+                    self.straights[place] = straight(tag);
                 }
             }
         }
@@ -323,6 +326,11 @@ impl<S: Scalar> Band<S> {
             + size_of::<Straight<S>>() * self.straights.capacity()
             + self.lanes.bytes()
     }
+}
+
+/// What stands for an object where there is none.
+pub(crate) fn nobody<S: Scalar>() -> Straight<S> {
+    Straight { point: S::Vector::zero(), velocity: S::Vector::zero(), radius: S::ZERO }
 }
 
 /// How many sectors so many spheres get.

@@ -52,9 +52,7 @@ impl<S: Scalar> Batch<S> {
 
     /// Makes the spheres of the cycle, and drops who rests.
     pub(crate) fn gather(&mut self, objects: &Objects<S>, frame: Frame<S>) {
-        self.spheres.clear();
-        self.turning.clear();
-        self.radii = (f32::INFINITY, 0.0);
+        self.clear_spheres();
         let mut kept = 0;
         for index in 0..self.slots.len() {
             let slot = self.slots[index];
@@ -77,19 +75,32 @@ impl<S: Scalar> Batch<S> {
             };
             self.slots[kept] = slot;
             kept += 1;
-            self.spheres.push(sphere);
-            if sphere.radius < self.radii.0 {
-                self.radii.0 = sphere.radius;
-            }
-            if sphere.radius > self.radii.1 {
-                self.radii.1 = sphere.radius;
-            }
+            self.add_sphere(sphere);
         }
         self.slots.truncate(kept);
         keep_room(&mut self.slots);
         keep_room(&mut self.spheres);
         make_room(&mut self.turning, component_room(kept));
         make_room(&mut self.stages, component_room(kept));
+    }
+
+    /// Drops the spheres, but not the slots.
+    pub(crate) fn clear_spheres(&mut self) {
+        self.spheres.clear();
+        self.turning.clear();
+        self.radii = (f32::INFINITY, 0.0);
+    }
+
+    /// Adds the sphere of the next slot.
+    #[inline]
+    pub(crate) fn add_sphere(&mut self, sphere: MotionSphere) {
+        self.spheres.push(sphere);
+        if sphere.radius < self.radii.0 {
+            self.radii.0 = sphere.radius;
+        }
+        if sphere.radius > self.radii.1 {
+            self.radii.1 = sphere.radius;
+        }
     }
 
     /// Returns the spheres with the tags of their objects.

@@ -37,7 +37,7 @@ impl<S: Scalar> World<S> {
         self.wake();
         self.tidy();
         self.gather();
-        self.bands.fill(&self.batches, &self.objects, (self.cycle, self.threads()));
+        self.fill_sectors();
         self.connect();
         self.solve();
         self.commit();
@@ -117,6 +117,12 @@ impl<S: Scalar> World<S> {
                 self.resting.insert(slot, &self.objects.states);
             }
         }
+    }
+
+    /// Puts the motion spheres into sectors, each beside its object, so that no pair has to look for it elsewhere.
+    fn fill_sectors(&mut self) {
+        let (threads, cycle, objects) = (self.threads(), self.cycle, &self.objects);
+        self.bands.fill(&self.batches, threads, |tag| objects.states[tag.slot() as usize].straight(cycle));
     }
 
     /// Makes the graph, and the components of it in which something may happen.

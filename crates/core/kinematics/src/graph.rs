@@ -6,7 +6,7 @@ use maniple_geometry::{Cycle, Piece, Planar, Scalar, Segment};
 
 use crate::bands::Bands;
 use crate::event::EventKind;
-use crate::lanes::{Pairs, add_pairs_of_row};
+use crate::lanes::{Pairs, add_pairs_of_row, add_pairs_with_level};
 use crate::objects::Objects;
 use crate::resting::Resting;
 use crate::room::keep_room;
@@ -97,16 +97,11 @@ impl<S: Scalar> Graph<S> {
     fn connect_to_smaller(&mut self, band: usize, setting: &Setting<'_, S>) {
         let bands = setting.bands;
         let this = &bands.bands[band];
-        for level in bands.levels().filter(|&other| bands.bands[other].level > this.level) {
-            let radius_max = bands.bands[level].radius_max;
+        for level in bands.smaller_levels(band) {
             for (place, node) in (0u32..).zip(this.base..).take(this.tags.len()) {
-                let sphere = this.sphere(place);
                 self.pairs.clear();
-                bands.visit_box(level, (sphere.x, sphere.y), sphere.radius + radius_max, |span| {
-                    let other = &bands.bands[span.band];
-                    other.lanes().add_near((node, sphere), (span.from, span.to), other.base, &mut self.pairs);
-                    self.tested += (span.to - span.from) as usize;
-                });
+                self.tested +=
+                    add_pairs_with_level(bands, level, (node, this.sphere(place)), &mut self.pairs);
                 self.judge_pairs(band, setting);
             }
         }

@@ -98,7 +98,7 @@ impl Lanes {
     }
 
     /// Adds the pairs of a node with those nodes from `from` to `to` whose spheres intersect its own.
-    pub(crate) fn add_near(&self, of: (u32, MotionSphere), range: (u32, u32), base: u32, pairs: &mut Pairs) {
+    fn add_near(&self, of: (u32, MotionSphere), range: (u32, u32), base: u32, pairs: &mut Pairs) {
         add_near!(self, of, range, base, pairs, plain);
     }
 
@@ -132,6 +132,24 @@ pub(crate) fn add_pairs_of_row<S: Scalar>(
         return tested;
     }
     add_pairs!(bands, band, row, pairs, plain)
+}
+
+/// Adds the pairs of a sphere, with its node, and those of another level that it intersects; a band stands for the level.
+/// Returns how many were tested.
+pub(crate) fn add_pairs_with_level<S: Scalar>(
+    bands: &Bands<S>,
+    level: usize,
+    (node, sphere): (u32, MotionSphere),
+    pairs: &mut Pairs,
+) -> usize {
+    let reach = sphere.radius + bands.bands[level].radius_max;
+    let mut tested = 0;
+    bands.visit_box(level, (sphere.x, sphere.y), reach, |span| {
+        let other = &bands.bands[span.band];
+        other.lanes().add_near((node, sphere), (span.from, span.to), other.base, pairs);
+        tested += (span.to - span.from) as usize;
+    });
+    tested
 }
 
 /// Room for pairs from the start: few rows have more.
@@ -259,13 +277,9 @@ mod avx2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec2;
-    use maniple_geometry::{Cycle, Moment, ObjectId};
 
+    use crate::bands::nobody;
     use crate::batch::Batch;
-    use crate::objects::Objects;
-    use crate::state::State;
-    use crate::wall::Layers;
 
     /// Spheres strewn over a square, some of them giants.
     fn strewn(count: u32, giants: u32) -> Batch<f64> {
@@ -278,19 +292,18 @@ mod tests {
         batch.slots = (0..count).collect();
         for place in 0..count {
             let radius = if place >= giants { 0.5 + unit() } else { 5.0 + 10.0 * unit() };
-            batch.spheres.push(MotionSphere { x: 100.0 * unit() - 50.0, y: 100.0 * unit(), radius });
+            batch.add_sphere(MotionSphere { x: 100.0 * unit() - 50.0, y: 100.0 * unit(), radius });
         }
-        batch.radii = if giants > 0 { (0.5, 15.0) } else { (0.5, 1.5) };
         batch
     }
 
     #[test]
     fn every_pair_of_spheres_that_intersect_comes_up_once_with_vectors_of_any_width() {
         for (count, giants) in [(1, 0), (2, 0), (30, 0), (3000, 0), (30, 3), (3000, 20)] {
-            let (batch, objects) = (strewn(count, giants), resting(count));
+            let batch = strewn(count, giants);
             for threads in [1, 3] {
                 let mut bands = Bands::new();
-                bands.fill(std::slice::from_ref(&batch), &objects, (Cycle(0), threads));
+                bands.fill(std::slice::from_ref(&batch), threads, |_| nobody());
                 let levels: Vec<usize> = bands.levels().collect();
                 let (mut wide, mut plain) = (Pairs::default(), Pairs::default());
                 for band in 0..bands.all().len() {
@@ -324,16 +337,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    /// As many objects; where they are is of no concern here.
-    fn resting(count: u32) -> Objects<f64> {
-        let mut objects = Objects::new(0.0);
-        for id in 0..count {
-            let state = State::at_rest(DVec2::ZERO, Moment::start_of(Cycle(0)), 1.0);
-            objects.insert(ObjectId(id), state, Layers::GROUND);
-        }
-        objects
     }
 
     fn all_pairs(batch: &Batch<f64>) -> Vec<Edge> {

@@ -4,6 +4,7 @@ mod agenda;
 mod audit;
 mod bands;
 mod batch;
+mod broad_phase;
 mod certificate;
 mod components;
 mod cycle;
@@ -28,6 +29,7 @@ mod wall;
 mod walls;
 mod world;
 
+pub use broad_phase::{BroadPhase, NearPairs};
 pub use digest::chained;
 pub use error::{InsertError, OrderError, Overlap, WallError};
 pub use event::{Event, EventKind};

@@ -237,6 +237,9 @@ pub(crate) enum BenchCommand {
     /// code 1 if the state hash depends on the number of threads
     #[command(after_help = "Example: maniple bench scale --objects 1000,10000 --density 0.05 --threads 1,2")]
     Scale(BenchScale),
+    /// Look for the pairs that may meet in a cycle by all pairs, bounding boxes, motion spheres and sectors, and time each
+    #[command(after_help = "Example: maniple bench broad --objects 1000,10000 --density 0.05")]
+    Broad(BenchBroad),
 }
 
 #[derive(Debug, Args)]
@@ -287,6 +290,27 @@ pub(crate) struct BenchScale {
         value_parser = clap::value_parser!(u32).range(0..=OBJECTS_MAX)
     )]
     pub(crate) resting: u32,
+    /// The seed of places, headings and speeds
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchBroad {
+    /// How many circles march, 1 to 4000000 each; up to 10000 also by the methods that test every pair
+    #[arg(
+        long,
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "100,1000,10000,100000",
+        value_parser = clap::value_parser!(u32).range(1..=OBJECTS_MAX)
+    )]
+    pub(crate) objects: Vec<u32>,
+    /// The share of the area that they cover, 0.01 to 0.4
+    #[arg(long, value_name = "SHARE", default_value_t = 0.25, value_parser = density)]
+    pub(crate) density: f64,
     /// The seed of places, headings and speeds
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,

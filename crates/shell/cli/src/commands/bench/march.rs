@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec2;
+use maniple_geometry::contact::Straight;
 use maniple_geometry::{Circle, Limits, ObjectId, Segment};
 use maniple_kinematics::{EventKind, Layers, Leg, Placement, Stops, Wall, WallError, WallKind, World};
 use maniple_tilemap::TileMap;
@@ -30,6 +31,9 @@ const RESTING_PITCH: f64 = 1.0;
 /// Room to the right of a field for those at rest, in world units: 4 million have 2,000 columns. It is there whether any
 /// rest or not, so that the limits, and with them the march, do not depend on it.
 const APART: f64 = 2048.0;
+
+/// Cycles before the first one that is measured: by then all memory is taken and everybody has met a neighbour or two.
+const WARM_UP: u32 = 10;
 
 /// Where a march takes place: a rectangle with the origin in its corner.
 #[derive(Clone, Debug)]
@@ -248,6 +252,14 @@ impl<'a> March<'a> {
         Self { scene, world, draws: vec![0; objects as usize], stopped }
     }
 
+    /// Simulates as many cycles as it takes until the next is like all others.
+    pub(super) fn warm_up(&mut self) {
+        for _ in 0..WARM_UP {
+            self.order();
+            self.step();
+        }
+    }
+
     /// Gives a new heading to everybody who has none.
     pub(super) fn order(&mut self) {
         for object in self.stopped.drain(..) {
@@ -281,6 +293,17 @@ impl<'a> March<'a> {
             }
         }
         Cycled { took, collisions }
+    }
+
+    /// Returns everybody who marches as going straight on for the whole of the next cycle, by id: also the few who are going
+    /// to arrive within it.
+    pub(super) fn straights(&self) -> Vec<Straight> {
+        let straight = |id| {
+            let Circle { center, radius } = self.world.circle(id)?;
+            Some(Straight { point: center, velocity: self.world.motion(id)?.velocity, radius })
+        };
+        let ids = (0..self.scene.objects()).map(ObjectId);
+        ids.map(|id| straight(id).expect("nobody is taken out")).collect()
     }
 }
 

@@ -10,12 +10,10 @@ use serde::Serialize;
 
 use crate::arguments::BenchScale;
 use crate::commands::bench::march::{Field, March, Scene};
+use crate::commands::bench::{median, too_dense};
 use crate::failure::Failure;
 use crate::files;
 use crate::output::{Format, grouped, print, print_text};
-
-/// Cycles before the first one that is timed: by then all memory is taken and everybody has met a neighbour or two.
-const WARM_UP: u32 = 10;
 
 /// Overlaps are looked for after each cycle whose number is a multiple of this, and after the last.
 const AUDIT_CYCLES: u32 = 5;
@@ -133,9 +131,7 @@ impl Plan<'_> {
         })?;
         let found = scene.objects();
         if found == 0 || (self.map.is_none() && found < objects) {
-            return Err(Failure::usage(format!(
-                "--objects {objects} --density {density}: only {found} find room; choose a lower density"
-            )));
+            return Err(too_dense(objects, density, found));
         }
         Ok(scene)
     }
@@ -184,10 +180,7 @@ struct Figures {
 impl Figures {
     fn of(scene: &Scene, cycles: u32) -> Self {
         let mut march = March::new(scene);
-        for _ in 0..WARM_UP {
-            march.order();
-            march.step();
-        }
+        march.warm_up();
         let mut figures = Self {
             median: Duration::ZERO,
             pairs_tested: 0,
@@ -218,12 +211,6 @@ impl Figures {
         figures.hash = Digest(march.world.digest());
         figures
     }
-}
-
-/// Returns the median; the upper one of the two of an even number.
-fn median(times: &mut [Duration]) -> Duration {
-    times.sort_unstable();
-    times[times.len() / 2]
 }
 
 /// Returns which rows differ in nothing but threads and hash; `None` where there are none.
@@ -329,16 +316,5 @@ mod tests {
         for named in ["rows 2 and 3", "10 objects", "density 0.05", "1 threads", "with 2"] {
             assert!(found.contains(named), "{found} does not name {named}");
         }
-    }
-
-    #[test]
-    fn the_median_is_that_of_sorted_times() {
-        let times = |millis: &[u64]| millis.iter().copied().map(Duration::from_millis).collect::<Vec<_>>();
-        let check = |millis, expected| {
-            assert_eq!(median(&mut times(millis)), Duration::from_millis(expected));
-        };
-        check(&[9], 9);
-        check(&[9, 1, 5], 5);
-        check(&[4, 1, 3, 2], 3);
     }
 }
