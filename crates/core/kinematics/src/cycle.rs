@@ -15,7 +15,7 @@ use crate::outcome::{Halted, Outcome, Turned};
 use crate::room::keep_room;
 use crate::runner::Halt;
 use crate::solve::Solver;
-use crate::state::{NEVER, Phase};
+use crate::state::{NO_QUEUE, Phase};
 use crate::world::{Activity, World};
 
 /// Cycles between two tidyings: objects have gone a few sectors by then.
@@ -111,7 +111,7 @@ impl<S: Scalar> World<S> {
             for slot in batch.settled.drain(..) {
                 let state = &mut self.objects.states[slot as usize];
                 state.phase = Phase::Resting;
-                if state.wakes != NEVER {
+                if self.objects.intents[slot as usize].queue != NO_QUEUE {
                     self.alarms.push(Reverse((state.wakes, slot)));
                 }
                 self.resting.insert(slot, &self.objects.states);

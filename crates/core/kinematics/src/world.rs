@@ -17,7 +17,7 @@ use crate::objects::Objects;
 use crate::outcome::EventSorter;
 use crate::resting::Resting;
 use crate::solve::{Solver, Stops};
-use crate::state::{NEVER, Phase, State};
+use crate::state::{NO_QUEUE, Phase, State};
 use crate::wall::{Layers, Wall, WallId};
 use crate::walls::Walls;
 
@@ -252,16 +252,16 @@ impl<S: Scalar> World<S> {
     /// Returns whether nothing moves and nothing is going to.
     #[must_use]
     pub fn is_at_rest(&self) -> bool {
+        let waits = |slot: u32| self.objects.intents[slot as usize].queue != NO_QUEUE;
         let rests = |slot: u32| {
             let state = &self.objects.states[slot as usize];
-            state.phase == Phase::Leaving || (!state.is_moving() && state.wakes == NEVER)
+            state.phase == Phase::Leaving || (!state.is_moving() && !waits(slot))
         };
-        let waits = |&Reverse((cycle, slot)): &Reverse<(u32, u32)>| {
-            let state = &self.objects.states[slot as usize];
-            state.phase == Phase::Resting && state.wakes == cycle
+        let is_going_to = |&Reverse((_, slot)): &Reverse<(u32, u32)>| {
+            self.objects.states[slot as usize].phase == Phase::Resting && waits(slot)
         };
         let active = self.batches.iter().flat_map(|batch| &batch.slots).chain(&self.fresh);
-        active.copied().all(rests) && !self.alarms.iter().any(waits)
+        active.copied().all(rests) && !self.alarms.iter().any(is_going_to)
     }
 
     /// Returns the limits that the world was made with.
