@@ -4,16 +4,13 @@
 
 use std::cmp::Reverse;
 
-use maniple_geometry::{Moment, Planar, Scalar};
+use maniple_geometry::{Planar, Scalar};
 use rayon::prelude::*;
 
 use crate::batch::Frame;
 use crate::digest::chained;
 use crate::event::Event;
 use crate::graph::{Graph, Setting};
-use crate::outcome::{Halted, Outcome, Turned};
-use crate::room::keep_room;
-use crate::runner::Halt;
 use crate::solve::Solver;
 use crate::state::{NO_QUEUE, Phase};
 use crate::world::{Activity, World};
@@ -23,10 +20,6 @@ const TIDY_CYCLES: u32 = 32;
 
 /// With fewer active objects than this, all are near in memory in any order.
 const TIDY_ACTIVE_MIN: usize = 4096;
-
-/// Objects that are asked for one right after the other before they are changed, so that the memory answers all at once:
-/// they are near each other, but in another order.
-const AT_ONCE: usize = 64;
 
 /// Components that one thread solves at a stretch, at least.
 const COMPONENTS_A_SOLVER_MIN: usize = 64;
@@ -175,37 +168,34 @@ impl<S: Scalar> World<S> {
         self.solvers = crew;
     }
 
-    /// Takes over what became of everybody.
+    /// Takes over what became of everybody, and puts the events into their order meanwhile.
     fn commit(&mut self) {
-        self.events.clear();
         let cycle = self.cycle;
-        for Outcome { halted, turned, events, retreats } in
-            self.solvers.iter_mut().map(|solver| &mut solver.outcome)
-        {
-            self.activity.retreats += *retreats;
-            self.events.extend_from_slice(events);
-            for some in halted.chunks(AT_ONCE) {
-                self.objects.fetch(some.iter().map(|halted| halted.slot));
-                for &Halted { slot, time, point, halt: Halt { kind, other }, hash } in some {
-                    let time = time.to_f64();
-                    let object = self.objects.halt(slot, point, Moment { cycle, fraction: time }, hash);
-                    self.events.push(Event { cycle, time, object, kind, other, rests: true });
-                }
+        let threads = self.threads();
+        let Self { solvers, objects, events, event_sorter, .. } = self;
+        let outcomes: &[Solver<S>] = solvers;
+        let mut take_over = || {
+            for Solver { outcome, .. } in outcomes {
+                outcome.apply(objects, cycle);
             }
-            for &Turned { slot, motion, leg, consumed } in turned.iter() {
-                match leg {
-                    Some(leg) => self.objects.set_out(slot, &motion, leg),
-                    None => self.objects.set_at_rest(slot, motion.start, motion.from),
-                }
-                self.objects.consume(slot, consumed);
-                self.objects.settle(slot, cycle.next());
+        };
+        let mut tell = || {
+            events.clear();
+            for Solver { outcome, .. } in outcomes {
+                outcome.tell(events, cycle);
             }
+            event_sorter.sort(events);
+        };
+        if threads == 1 {
+            take_over();
+            tell();
+        } else {
+            rayon::join(take_over, tell);
         }
-        for solver in &mut self.solvers {
+        for solver in solvers {
+            self.activity.retreats += solver.outcome.retreats;
             solver.outcome.clear();
         }
-        keep_room(&mut self.events);
-        self.event_sorter.sort(&mut self.events);
     }
 
     fn setting(&self) -> Setting<'_, S> {

@@ -142,12 +142,11 @@ impl<S: Scalar> Objects<S> {
         intent.queue = self.queues.consume(intent.queue, count);
     }
 
-    /// Lets an object rest that has collided, and forget what waits; returns its id.
-    pub(crate) fn halt(&mut self, slot: u32, point: S::Vector, from: Moment, hash: u64) -> ObjectId {
+    /// Lets an object rest that has collided, and forget what waits.
+    pub(crate) fn halt(&mut self, slot: u32, point: S::Vector, from: Moment, hash: u64) {
         self.set_at_rest(slot, point, from);
         self.clear_queue(slot);
         self.set_hash(slot, hash);
-        self.intents[slot as usize].id
     }
 
     /// Forgets what waits.

@@ -1,19 +1,25 @@
 //! What became of those to whom something happened in a cycle.
 
-use maniple_geometry::{Moment, Motion, Scalar};
+use maniple_geometry::{Cycle, Moment, Motion, ObjectId, Scalar};
 
 use crate::digest::object_hash;
 use crate::event::{Event, EventKind};
 use crate::graph::Setting;
+use crate::objects::Objects;
 use crate::plan::{Leg, Plan};
-use crate::room::keep_room;
+use crate::room::{keep_room, make_room};
 use crate::runner::{Halt, Runner, Track, stage_at};
 use crate::track::{Stage, departure};
+
+/// Objects that are asked for one right after the other before they are changed, so that the memory answers all at once:
+/// they are near each other, but in another order.
+const AT_ONCE: usize = 64;
 
 /// An object that collided: it rests and forgets what waits.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Halted<S: Scalar> {
     pub(crate) slot: u32,
+    pub(crate) id: ObjectId,
     /// When.
     pub(crate) time: S,
     /// Where it rests.
@@ -61,6 +67,37 @@ impl<S: Scalar> Outcome<S> {
         self.retreats = 0;
     }
 
+    /// Lets objects rest or go on as it says.
+    pub(crate) fn apply(&self, objects: &mut Objects<S>, cycle: Cycle) {
+        for some in self.halted.chunks(AT_ONCE) {
+            objects.fetch(some.iter().map(|halted| halted.slot));
+            for &Halted { slot, time, point, hash, .. } in some {
+                objects.halt(slot, point, Moment { cycle, fraction: time.to_f64() }, hash);
+            }
+        }
+        for &Turned { slot, motion, leg, consumed } in &self.turned {
+            match leg {
+                Some(leg) => objects.set_out(slot, &motion, leg),
+                None => objects.set_at_rest(slot, motion.start, motion.from),
+            }
+            objects.consume(slot, consumed);
+            objects.settle(slot, cycle.next());
+        }
+    }
+
+    /// Adds all events to a list, those of one object in their order.
+    pub(crate) fn tell(&self, events: &mut Vec<Event>, cycle: Cycle) {
+        events.extend_from_slice(&self.events);
+        events.extend(self.halted.iter().map(|halted| Event {
+            cycle,
+            time: halted.time.to_f64(),
+            object: halted.id,
+            kind: halted.halt.kind,
+            other: halted.halt.other,
+            rests: true,
+        }));
+    }
+
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
         size_of::<Halted<S>>() * self.halted.capacity()
@@ -91,7 +128,14 @@ impl<S: Scalar> Outcome<S> {
             let from = Moment { cycle: setting.cycle, fraction: runner.end.to_f64() };
             let plan = Plan { motion: Motion::at_rest(runner.last, from), course: None, queue: &[] };
             let hash = object_hash(runner.id, (runner.radius, runner.layers), &plan);
-            self.halted.push(Halted { slot: runner.slot, time: runner.end, point: runner.last, halt, hash });
+            self.halted.push(Halted {
+                slot: runner.slot,
+                id: runner.id,
+                time: runner.end,
+                point: runner.last,
+                halt,
+                hash,
+            });
             return;
         }
         let (motion, leg, consumed) = match runner.track {
@@ -149,6 +193,9 @@ impl EventSorter {
             *start = sum;
         }
         keep_room(&mut self.starts);
+        keep_room(events);
+        make_room(&mut self.spare, events.capacity());
+        make_room(&mut self.keys, events.capacity());
         std::mem::swap(events, &mut self.spare);
         events.clear();
         events.extend_from_slice(&self.spare);
