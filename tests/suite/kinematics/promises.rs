@@ -132,15 +132,17 @@ fn k3_a_free_motion_ends_exactly_on_its_goal_and_never_drifts() {
 
 #[test]
 fn k3_the_position_is_a_closed_form_of_the_start() {
-    let scene = Scene::boxed(100.0, Stops::Both).object(1, (0.7, 0.9), 0.25).go(0, 1, (97.3, 61.1), 0.013);
-    let mut world = scene.world();
-    scene.give(&mut world);
-    world.step();
-    let motion = world.motion(ObjectId(1)).expect("the object is there");
-    for _ in 0..5000 {
+    for stops in BOTH_RULES {
+        let scene = Scene::boxed(100.0, stops).object(1, (0.7, 0.9), 0.25).go(0, 1, (97.3, 61.1), 0.013);
+        let mut world = scene.world();
+        scene.give(&mut world);
         world.step();
-        assert_eq!(world.motion(ObjectId(1)), Some(motion), "the motion never changes");
-        assert_eq!(at(&world, 1), motion.start + motion.velocity * f64::from(world.cycle().0));
+        let motion = world.motion(ObjectId(1)).expect("the object is there");
+        for _ in 0..5000 {
+            world.step();
+            assert_eq!(world.motion(ObjectId(1)), Some(motion), "the motion never changes");
+            assert_eq!(at(&world, 1), motion.start + motion.velocity * f64::from(world.cycle().0));
+        }
     }
 }
 
@@ -400,27 +402,34 @@ fn k7_every_stop_has_a_reason_and_a_time() {
 
 #[test]
 fn k8_objects_at_rest_cost_nothing() {
-    let activity = |crowd: u32| {
-        let mut scene = Scene::boxed(500.0, Stops::Both)
-            .object(0, (5.0, 5.0), 0.4)
-            .object(1, (9.0, 5.0), 0.4)
-            .go(0, 0, (5.0, 30.0), 0.5);
-        for id in 0..crowd {
-            let place = (100.0 + f64::from(id % 100), 100.0 + f64::from(id / 100));
-            scene = scene.object(10 + id, place, 0.4);
-        }
-        let mut world = scene.world();
-        scene.give(&mut world);
-        world.step();
-        world.activity()
-    };
-    assert_eq!(activity(0), activity(5000));
-    assert_eq!(activity(5000).runners, 1);
+    let activity =
+        |stops: Stops, crowd: u32| {
+            let mut scene = Scene::boxed(500.0, stops)
+                .object(0, (5.0, 5.0), 0.4)
+                .object(1, (9.0, 5.0), 0.4)
+                .go(0, 0, (5.0, 30.0), 0.5);
+            for id in 0..crowd {
+                let place = (100.0 + f64::from(id % 100), 100.0 + f64::from(id / 100));
+                scene = scene.object(10 + id, place, 0.4);
+            }
+            let mut world = scene.world();
+            scene.give(&mut world);
+            world.step();
+            world.activity()
+        };
+    for stops in BOTH_RULES {
+        assert_eq!(activity(stops, 0), activity(stops, 5000));
+        assert_eq!(activity(stops, 5000).runners, 1);
+    }
 }
 
 #[test]
 fn k9_bad_numbers_are_refused_by_name() {
-    let mut world = Scene::boxed(100.0, Stops::Both).object(1, (5.0, 5.0), 0.5).world();
+    BOTH_RULES.into_iter().for_each(check_bad_numbers);
+}
+
+fn check_bad_numbers(stops: Stops) {
+    let mut world = Scene::boxed(100.0, stops).object(1, (5.0, 5.0), 0.5).world();
     let mut insert =
         |x: f64, y: f64, r: f64| world.insert(ObjectId(9), Circle::new(DVec2::new(x, y), r), Layers::GROUND);
     let bad = |field, problem| Err(InsertError::BadNumber { field, problem });
