@@ -402,25 +402,38 @@ fn k7_every_stop_has_a_reason_and_a_time() {
 
 #[test]
 fn k8_objects_at_rest_cost_nothing() {
-    let activity =
-        |stops: Stops, crowd: u32| {
-            let mut scene = Scene::boxed(500.0, stops)
-                .object(0, (5.0, 5.0), 0.4)
-                .object(1, (9.0, 5.0), 0.4)
-                .go(0, 0, (5.0, 30.0), 0.5);
-            for id in 0..crowd {
-                let place = (100.0 + f64::from(id % 100), 100.0 + f64::from(id / 100));
-                scene = scene.object(10 + id, place, 0.4);
-            }
-            let mut world = scene.world();
-            scene.give(&mut world);
+    // On the way, and a while after it came to rest.
+    let activity = |stops, crowd| {
+        let scene = mover_beside(crowd, stops);
+        let mut world = scene.world();
+        scene.give(&mut world);
+        world.step();
+        let moving = world.activity();
+        for _ in 0..60 {
             world.step();
-            world.activity()
-        };
+        }
+        (moving, world.activity())
+    };
     for stops in BOTH_RULES {
         assert_eq!(activity(stops, 0), activity(stops, 5000));
-        assert_eq!(activity(stops, 5000).runners, 1);
+        let (moving, after) = activity(stops, 5000);
+        assert_eq!((moving.runners, after.runners), (1, 0));
     }
+}
+
+/// One object that goes 25 units at half a unit a cycle, and a crowd at rest apart from it.
+fn mover_beside(crowd: u32, stops: Stops) -> Scene {
+    let mut scene = Scene::boxed(500.0, stops).object(0, (5.0, 5.0), 0.4).object(1, (9.0, 5.0), 0.4).go(
+        0,
+        0,
+        (5.0, 30.0),
+        0.5,
+    );
+    for id in 0..crowd {
+        let place = (100.0 + f64::from(id % 100), 100.0 + f64::from(id / 100));
+        scene = scene.object(10 + id, place, 0.4);
+    }
+    scene
 }
 
 #[test]
