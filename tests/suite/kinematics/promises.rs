@@ -60,7 +60,7 @@ fn k1_holds_exactly_after_every_cycle_of_a_dense_crowd() {
 
 #[test]
 fn k2_nothing_passes_through_anything_however_fast() {
-    for speed in [1.0, 10.0, 1000.0, 9999.0] {
+    for speed in [1.0, 10.0, 60.0, 1000.0, 9999.0] {
         under_both(
             |stops| {
                 Scene::boxed(100.0, stops)
