@@ -24,18 +24,64 @@ const TIDY_ACTIVE_MIN: usize = 4096;
 /// Components that one thread solves at a stretch, at least.
 const COMPONENTS_A_SOLVER_MIN: usize = 64;
 
+/// The parts of a cycle, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Who is woken, and now and then the order of the objects in memory.
+    Order,
+    /// Motion spheres.
+    Spheres,
+    /// Sectors.
+    Sectors,
+    /// The intersection graph, with the collisions that lie ahead.
+    Graph,
+    /// Its connected components.
+    Components,
+    /// The collisions of each, earliest first, and the certificate.
+    Queue,
+    /// What became of everybody, and the order of the events.
+    Outcome,
+}
+
+impl Part {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Order,
+        Self::Spheres,
+        Self::Sectors,
+        Self::Graph,
+        Self::Components,
+        Self::Queue,
+        Self::Outcome,
+    ];
+}
+
 impl<S: Scalar> World<S> {
     /// Simulates one cycle and returns what happened in it, by time and id.
     pub fn step(&mut self) -> &[Event] {
+        self.step_by_parts(|_| {})
+    }
+
+    /// As [`World::step`], and says after each part of the work that it is done, so that a caller who has a clock can see
+    /// what a cycle spends its time on.
+    pub fn step_by_parts(&mut self, mut done: impl FnMut(Part)) -> &[Event] {
         self.wake();
         self.tidy();
+        done(Part::Order);
         self.gather();
+        done(Part::Spheres);
         self.fill_sectors();
-        self.connect();
+        done(Part::Sectors);
+        self.make_graph();
+        done(Part::Graph);
+        self.find_components();
+        done(Part::Components);
         self.solve();
+        done(Part::Queue);
         self.commit();
         self.digest = chained(self.digest, self.cycle, self.objects.sum);
         self.cycle = self.cycle.next();
+        done(Part::Outcome);
         &self.events
     }
 
@@ -118,8 +164,8 @@ impl<S: Scalar> World<S> {
         self.bands.fill(&self.batches, threads, |tag| objects.states[tag.slot() as usize].straight(cycle));
     }
 
-    /// Makes the graph, and the components of it in which something may happen.
-    fn connect(&mut self) {
+    /// Makes the graph.
+    fn make_graph(&mut self) {
         let bands = self.bands.all().len();
         if self.graphs.len() < bands {
             self.graphs.resize_with(bands, Graph::new);
@@ -133,6 +179,11 @@ impl<S: Scalar> World<S> {
             graphs[..bands].par_iter_mut().enumerate().for_each(numbered);
         }
         self.graphs = graphs;
+    }
+
+    /// Finds the components of the graph in which something may happen.
+    fn find_components(&mut self) {
+        let bands = self.bands.all().len();
         let nodes: usize = self.bands.all().iter().map(|band| band.tags.len()).sum();
         self.components.find(nodes, &self.graphs[..bands]);
         self.activity = Activity {

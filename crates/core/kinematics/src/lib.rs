@@ -30,6 +30,7 @@ mod walls;
 mod world;
 
 pub use broad_phase::{BroadPhase, NearPairs};
+pub use cycle::Part;
 pub use digest::chained;
 pub use error::{InsertError, OrderError, Overlap, WallError};
 pub use event::{Event, EventKind};

@@ -293,6 +293,9 @@ pub(crate) struct BenchScale {
     /// The seed of places, headings and speeds
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Show what each part of a cycle takes, too; with --json it is always there
+    #[arg(long)]
+    pub(crate) parts: bool,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
 }

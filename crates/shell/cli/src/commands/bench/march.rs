@@ -4,11 +4,12 @@
 //! same state hash on every machine.
 
 use std::f64::consts::PI;
+use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use maniple_geometry::contact::Straight;
 use maniple_geometry::{Circle, Limits, ObjectId, Segment};
-use maniple_kinematics::{EventKind, Layers, Leg, Placement, Stops, Wall, WallError, WallKind, World};
+use maniple_kinematics::{EventKind, Layers, Leg, Part, Placement, Stops, Wall, WallError, WallKind, World};
 use maniple_tilemap::TileMap;
 
 /// Radius of every circle, in world units.
@@ -279,9 +280,14 @@ impl<'a> March<'a> {
 
     /// Simulates a cycle.
     pub(super) fn step(&mut self) -> Cycled {
-        let begun = std::time::Instant::now();
-        let events = self.world.step();
-        let took = begun.elapsed();
+        let begun = Instant::now();
+        let (mut last, mut parts) = (begun, [Duration::ZERO; Part::ALL.len()]);
+        let events = self.world.step_by_parts(|part| {
+            let now = Instant::now();
+            parts[part as usize] = now - last;
+            last = now;
+        });
+        let took = last - begun;
         let mut collisions = 0;
         for event in events {
             collisions += match event.kind {
@@ -292,7 +298,7 @@ impl<'a> March<'a> {
                 self.stopped.push(event.object);
             }
         }
-        Cycled { took, collisions }
+        Cycled { took, parts, collisions }
     }
 
     /// Returns everybody who marches as going straight on for the whole of the next cycle, by id: also the few who are going
@@ -311,7 +317,9 @@ impl<'a> March<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cycled {
     /// The time for the cycle alone, without the orders.
-    pub(super) took: std::time::Duration,
+    pub(super) took: Duration,
+    /// The time for each of [`Part::ALL`].
+    pub(super) parts: [Duration; Part::ALL.len()],
     /// How often an object stopped because of another one, a wall or the edge.
     pub(super) collisions: u64,
 }

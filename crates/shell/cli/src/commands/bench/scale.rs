@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow};
+use maniple_kinematics::Part;
 use maniple_view::Digest;
 use rayon::ThreadPoolBuilder;
 use serde::Serialize;
@@ -51,6 +52,8 @@ struct Row {
     walls: usize,
     /// Circles that rest apart.
     resting: u32,
+    /// ns an object and cycle of each of [`Part::ALL`]; mean of the cycles.
+    parts: [f64; Part::ALL.len()],
     #[serde(skip_serializing_if = "Option::is_none")]
     map: Option<String>,
 }
@@ -70,6 +73,9 @@ pub(super) fn run(arguments: &BenchScale) -> Result<(), Failure> {
                 let row = measure(scene, plan.density, threads, arguments)?;
                 if format == Format::Text {
                     print_text(&line(&row))?;
+                    if arguments.parts {
+                        print_text(&parts_line(&row))?;
+                    }
                 }
                 rows.push(row);
             }
@@ -160,6 +166,9 @@ fn measure(scene: &Scene, density: f64, threads: u32, arguments: &BenchScale) ->
         hash: figures.hash,
         walls: scene.field.walls(),
         resting: scene.resting,
+        parts: figures
+            .parts
+            .map(|sum| 1e9 * sum.as_secs_f64() / (f64::from(cycles) * f64::from(scene.objects()))),
         map: arguments.map.as_ref().map(|path| path.display().to_string()),
     })
 }
@@ -168,6 +177,7 @@ fn measure(scene: &Scene, density: f64, threads: u32, arguments: &BenchScale) ->
 #[derive(Clone, Debug)]
 struct Figures {
     median: Duration,
+    parts: [Duration; Part::ALL.len()],
     pairs_tested: u64,
     components: u64,
     largest_component: usize,
@@ -183,6 +193,7 @@ impl Figures {
         march.warm_up();
         let mut figures = Self {
             median: Duration::ZERO,
+            parts: [Duration::ZERO; Part::ALL.len()],
             pairs_tested: 0,
             components: 0,
             largest_component: 0,
@@ -196,6 +207,9 @@ impl Figures {
             march.order();
             let cycled = march.step();
             times.push(cycled.took);
+            for (sum, part) in figures.parts.iter_mut().zip(cycled.parts) {
+                *sum += part;
+            }
             figures.collisions += cycled.collisions;
             let activity = march.world.activity();
             figures.pairs_tested += activity.pairs_tested as u64;
@@ -285,6 +299,12 @@ fn line(row: &Row) -> String {
     )
 }
 
+/// What the parts of a cycle took.
+fn parts_line(row: &Row) -> String {
+    let parts = Part::ALL.iter().zip(row.parts).map(|(part, ns)| format!("{part:?} {ns:.1}").to_lowercase());
+    format!("          of this: {}\n", parts.collect::<Vec<_>>().join(", "))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,6 +325,7 @@ mod tests {
             hash: Digest(hash),
             walls: 4,
             resting: 0,
+            parts: [0.0; Part::ALL.len()],
             map: None,
         }
     }
