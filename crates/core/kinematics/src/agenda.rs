@@ -8,18 +8,31 @@ use maniple_geometry::Scalar;
 use crate::room::make_room;
 
 /// The times of numbered items, and which comes first: a priority queue whose items can be put to another time.
+///
+/// What is known from the start is sorted once; only what turns up later needs a heap.
 #[derive(Clone, Debug)]
 pub(crate) struct Agenda<S: Scalar> {
     /// For each item when it happens; infinity if it does not.
     times: Vec<S>,
-    /// All times that items had; one that is no longer so is dropped when it comes up.
-    heap: BinaryHeap<Reverse<Entry<S>>>,
+    /// What was known from the start, by time.
+    known: Vec<Entry<S>>,
+    /// How many of the known have come up.
+    past: usize,
+    /// All times that items had later; in both lists, one that is no longer so is dropped when it comes up.
+    later: BinaryHeap<Reverse<Entry<S>>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Entry<S: Scalar> {
     time: S,
     item: u32,
+}
+
+impl<S: Scalar> Entry<S> {
+    /// Times are not negative, so that their bits are in their order.
+    fn bits(&self) -> u64 {
+        self.time.to_f64().to_bits()
+    }
 }
 
 impl<S: Scalar> Eq for Entry<S> {}
@@ -32,27 +45,34 @@ impl<S: Scalar> PartialOrd for Entry<S> {
 
 impl<S: Scalar> Ord for Entry<S> {
     fn cmp(&self, other: &Self) -> Ordering {
-        let by_time = self.time.partial_cmp(&other.time).expect("times are numbers");
-        by_time.then(self.item.cmp(&other.item))
+        self.bits().cmp(&other.bits()).then(self.item.cmp(&other.item))
     }
 }
 
 impl<S: Scalar> Agenda<S> {
     pub(crate) fn new() -> Self {
-        Self { times: Vec::new(), heap: BinaryHeap::new() }
+        Self { times: Vec::new(), known: Vec::new(), past: 0, later: BinaryHeap::new() }
     }
 
     /// Takes the memory for so many items.
     pub(crate) fn make_room(&mut self, items: usize) {
         make_room(&mut self.times, items);
-        self.heap.reserve_exact(items.saturating_sub(self.heap.len()));
+        make_room(&mut self.known, items);
+        self.later.reserve_exact(items.saturating_sub(self.later.len()));
     }
 
-    /// Begins anew, with so many items, none of which happens.
-    pub(crate) fn begin(&mut self, items: usize) {
+    /// Begins anew, with so many items, of which some are known to happen.
+    pub(crate) fn begin(&mut self, items: usize, known: impl Iterator<Item = (u32, S)>) {
         self.times.clear();
         self.times.resize(items, S::INFINITY);
-        self.heap.clear();
+        self.known.clear();
+        self.past = 0;
+        self.later.clear();
+        for (item, time) in known {
+            self.times[item as usize] = time;
+            self.known.push(Entry { time, item });
+        }
+        self.known.sort_unstable_by_key(Entry::bits);
     }
 
     /// Puts an item to a time, or takes it off.
@@ -60,19 +80,31 @@ impl<S: Scalar> Agenda<S> {
     pub(crate) fn set(&mut self, item: u32, time: Option<S>) {
         self.times[item as usize] = time.unwrap_or(S::INFINITY);
         if let Some(time) = time {
-            self.heap.push(Reverse(Entry { time, item }));
+            self.later.push(Reverse(Entry { time, item }));
         }
     }
 
     /// Takes the items that come first off, all of one time, and adds them to a list; returns that time, or `None` if
     /// nothing happens any more.
+    #[inline]
     pub(crate) fn take_first(&mut self, items: &mut Vec<u32>) -> Option<S> {
         let mut first = None;
-        while let Some(&Reverse(Entry { time, item })) = self.heap.peek() {
+        loop {
+            let known = self.known.get(self.past).copied();
+            let Entry { time, item } = match (known, self.later.peek()) {
+                (Some(known), Some(Reverse(later))) if later.time < known.time => *later,
+                (Some(known), _) => known,
+                (None, Some(Reverse(later))) => *later,
+                (None, None) => return first,
+            };
             if first.is_some_and(|first| first != time) {
-                break;
+                return first;
             }
-            self.heap.pop();
+            if known.is_some_and(|known| known.time == time) {
+                self.past += 1;
+            } else {
+                self.later.pop();
+            }
             let planned = &mut self.times[item as usize];
             if *planned == time {
                 *planned = S::INFINITY;
@@ -80,12 +112,12 @@ impl<S: Scalar> Agenda<S> {
                 items.push(item);
             }
         }
-        first
     }
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of::<S>() * self.times.capacity() + size_of::<Entry<S>>() * self.heap.capacity()
+        size_of::<S>() * self.times.capacity()
+            + size_of::<Entry<S>>() * (self.known.capacity() + self.later.capacity())
     }
 }
 
@@ -97,9 +129,11 @@ mod tests {
     fn items_come_by_time_wherever_they_were_before() {
         for count in [20u32, 200] {
             let mut agenda = Agenda::new();
-            agenda.begin(count as usize);
-            for item in 0..count {
-                agenda.set(item, Some(f64::from(item * 7 % 5)));
+            let time = |item| f64::from(item * 7 % 5);
+            let (known, later): (Vec<u32>, Vec<u32>) = (0..count).partition(|item| item % 3 != 0);
+            agenda.begin(count as usize, known.into_iter().map(|item| (item, time(item))));
+            for item in later {
+                agenda.set(item, Some(time(item)));
             }
             agenda.set(0, Some(2.5));
             agenda.set(1, None);

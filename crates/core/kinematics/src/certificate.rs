@@ -27,14 +27,17 @@ impl<S: Scalar> Solver<S> {
     pub(crate) fn certify(&mut self, setting: &Setting<'_, S>) {
         self.failed.clear();
         for edge in 0..self.edges.len() {
-            self.judge(self.edges[edge], setting.skin);
+            let (a, b) = self.edges[edge];
+            let (first, second) = (&self.runners[a as usize], &self.runners[b as usize]);
+            if circles_overlap::<S>(first.last, first.radius, second.last, second.radius) {
+                self.judge((a, b), setting.skin);
+            }
         }
-        for index in self.here.clone() {
-            let this = &self.runners[index];
+        for (index, this) in (0u32..).zip(&self.runners) {
             let is_suspect =
                 this.ends_near || this.halt.is_some() || matches!(this.track, Track::Turning(..));
             if is_suspect && overlaps_anything_at_rest(this, setting) {
-                self.failed.push(u32::try_from(index).expect("objects have u32 ids"));
+                self.failed.push(index);
             }
         }
         while !self.failed.is_empty() {
@@ -51,6 +54,9 @@ impl<S: Scalar> Solver<S> {
         suspects.clear();
         for &runner in &failed {
             let this = &mut self.runners[runner as usize];
+            if !this.is_held && matches!(this.track, Track::Straight { .. }) {
+                self.touched.push(runner);
+            }
             this.retreat(&self.arena);
             assert!(this.retreats <= RETREATS_MAX, "retreats reach the start");
             suspects.extend_from_slice(self.links_of(runner));
@@ -102,14 +108,15 @@ fn overlaps_anything_at_rest<S: Scalar>(runner: &Runner<S>, setting: &Setting<'_
     if setting.resting.is_empty() && setting.walls.is_clear(center, reach) {
         return false;
     }
+    let layers = setting.objects.layers[runner.slot as usize];
     let mut overlaps = false;
     setting.walls.near(center, reach, |wall| {
-        overlaps |= wall.layers.share(runner.layers)
-            && circle_overlaps_segment(runner.last, runner.radius, &wall.segment);
+        overlaps |=
+            wall.layers.share(layers) && circle_overlaps_segment(runner.last, runner.radius, &wall.segment);
     });
     setting.resting.near(center, reach, |slot| {
         let state = &setting.objects.states[slot as usize];
-        overlaps |= setting.objects.layers[slot as usize].share(runner.layers)
+        overlaps |= setting.objects.layers[slot as usize].share(layers)
             && circles_overlap::<S>(runner.last, runner.radius, state.start, state.radius);
     });
     overlaps

@@ -6,41 +6,55 @@ use crate::event::EventKind;
 use crate::graph::{Edge, FixedHit, Graph};
 use crate::runner::Halt;
 
-/// As a mark or a place: none yet.
-const NONE: u32 = u32::MAX;
+/// Components are solved together in blocks of about so many nodes: few enough to stay in the nearest caches, enough that
+/// what is done once a block hardly counts.
+const NODES_A_BLOCK: u32 = 256;
 
 /// The components in which something may happen: a collision, a turn, or an end so close to something that it has to
 /// be certified. In all others everybody goes straight on, and nothing is done for them.
+///
+/// They come in *blocks* of whole components. Components share nothing, so a block is solved like one.
 #[derive(Clone, Debug)]
 #[doc(alias = "island")]
 pub(crate) struct Components<S: Scalar> {
     /// For each node another one of its component, nearer to the root, which is its own parent.
     parents: Vec<u32>,
-    /// For each node the number of its component, if something may happen there.
-    marks: Vec<u32>,
-    /// For each node its place in its component.
-    places: Vec<u32>,
+    homes: Vec<Home>,
     /// How many components there are, those in which nothing happens included.
     pub(crate) count: usize,
-    /// The nodes of each.
+    /// The nodes of each block.
     pub(crate) nodes: Grouped<u32>,
-    /// The pairs of each whose spheres intersect, as places, and when they collide if nobody is stopped.
-    pub(crate) edges: Grouped<(Edge, Option<S>)>,
+    /// The pairs of each block whose spheres intersect, as places.
+    pub(crate) edges: Grouped<Edge>,
+    /// Collisions ahead in each block if nobody is stopped: when, and which of all edges.
+    pub(crate) hits: Grouped<(S, u32)>,
     /// Collisions ahead with something at rest; the node is a place.
     pub(crate) fixed: Grouped<FixedHit<S>>,
     /// Places of those who end near something at rest, or turn.
     pub(crate) watched: Grouped<u32>,
 }
 
+/// Where a node is.
+#[derive(Clone, Copy, Debug)]
+struct Home {
+    /// The block, or `IDLE`; before blocks are formed, `BUSY` for the root of a component in which something may happen.
+    block: u32,
+    /// The place in the block.
+    place: u32,
+}
+
+const IDLE: u32 = u32::MAX;
+const BUSY: u32 = u32::MAX - 1;
+
 impl<S: Scalar> Components<S> {
     pub(crate) fn new() -> Self {
         Self {
             parents: Vec::new(),
-            marks: Vec::new(),
-            places: Vec::new(),
+            homes: Vec::new(),
             count: 0,
             nodes: Grouped::default(),
             edges: Grouped::default(),
+            hits: Grouped::default(),
             fixed: Grouped::default(),
             watched: Grouped::default(),
         }
@@ -55,6 +69,7 @@ impl<S: Scalar> Components<S> {
             self.count -= usize::from(self.join(a, b));
         }
         self.mark(nodes, graphs);
+        self.form_blocks(nodes);
         self.group(graphs);
     }
 
@@ -67,83 +82,99 @@ impl<S: Scalar> Components<S> {
         sizes.into_iter().max().unwrap_or(0)
     }
 
-    /// Gives numbers to the components in which something may happen, and says for each node which is its own.
+    /// Marks the roots of components in which something may happen.
     fn mark(&mut self, nodes: usize, graphs: &[Graph<S>]) {
-        self.marks.clear();
-        self.marks.resize(nodes, NONE);
-        let mut marked = 0;
+        self.homes.clear();
+        self.homes.resize(nodes, Home { block: IDLE, place: 0 });
         for graph in graphs {
             let pairs = graph.hits.iter().map(|hit| graph.edges[hit.0 as usize].0);
             let close = graph.close.iter().map(|edge| edge.0);
             let lone = graph.fixed.iter().map(|hit| hit.node).chain(graph.watched.iter().copied());
             for node in pairs.chain(close).chain(lone) {
                 let root = self.root_halving(node);
-                let mark = &mut self.marks[root as usize];
-                if *mark == NONE {
-                    *mark = marked;
-                    marked += 1;
-                }
-            }
-        }
-        self.nodes.begin(marked as usize);
-        self.edges.begin(marked as usize);
-        self.fixed.begin(marked as usize);
-        self.watched.begin(marked as usize);
-        // Only those of marked nodes are ever read.
-        self.places.resize(nodes, NONE);
-        for node in 0..nodes {
-            // A parent is smaller than its child, so it is a child of the root itself by now.
-            let root = self.parents[self.parents[node] as usize];
-            self.parents[node] = root;
-            let mark = self.marks[root as usize];
-            if mark != NONE {
-                self.marks[node] = mark;
-                self.places[node] = self.nodes.count(mark);
+                self.homes[root as usize].block = BUSY;
             }
         }
     }
 
+    /// Gives a block to each component in which something may happen, and a place in it to each of its nodes.
+    ///
+    /// The block follows from how many nodes have been placed when the root comes up, which is the first node of its
+    /// component: so blocks are about equally large, and near in the plane what is near in the list.
+    fn form_blocks(&mut self, nodes: usize) {
+        self.nodes.begin(nodes / NODES_A_BLOCK as usize + 1);
+        let mut placed = 0;
+        for node in 0..nodes {
+            // A parent is smaller than its child, so it is a child of the root itself by now.
+            let root = self.parents[self.parents[node] as usize];
+            self.parents[node] = root;
+            let mut block = self.homes[root as usize].block;
+            if block == IDLE {
+                continue;
+            }
+            if block == BUSY {
+                block = placed / NODES_A_BLOCK;
+            }
+            placed += 1;
+            self.homes[node] = Home { block, place: self.nodes.count(block) };
+        }
+        let blocks = placed.div_ceil(NODES_A_BLOCK) as usize;
+        self.nodes.keep(blocks);
+        self.edges.begin(blocks);
+        self.hits.begin(blocks);
+        self.fixed.begin(blocks);
+        self.watched.begin(blocks);
+    }
+
     fn group(&mut self, graphs: &[Graph<S>]) {
-        let Self { marks, places, nodes, edges, fixed, watched, .. } = self;
+        let Self { homes, nodes, edges, hits, fixed, watched, .. } = self;
         for graph in graphs {
             for &(a, _) in &graph.edges {
-                if marks[a as usize] != NONE {
-                    edges.count(marks[a as usize]);
+                let block = homes[a as usize].block;
+                if block != IDLE {
+                    edges.count(block);
                 }
             }
+            for hit in &graph.hits {
+                hits.count(homes[graph.edges[hit.0 as usize].0 as usize].block);
+            }
             for hit in &graph.fixed {
-                fixed.count(marks[hit.node as usize]);
+                fixed.count(homes[hit.node as usize].block);
             }
             for &node in &graph.watched {
-                watched.count(marks[node as usize]);
+                watched.count(homes[node as usize].block);
             }
         }
         nodes.lay_out(0);
-        edges.lay_out(((0, 0), None));
+        edges.lay_out((0, 0));
+        hits.lay_out((S::ZERO, 0));
         let nobody = Halt { kind: EventKind::Edge, other: None };
         fixed.lay_out(FixedHit { node: 0, time: S::ZERO, halt: nobody });
         watched.lay_out(0);
-        for (node, (&mark, &place)) in (0u32..).zip(marks.iter().zip(places.iter())) {
-            if mark != NONE {
-                nodes.set(mark, place, node);
+        for (node, home) in (0u32..).zip(homes.iter()) {
+            if home.block != IDLE {
+                nodes.set(home.block, home.place, node);
             }
         }
         nodes.close();
         for graph in graphs {
             let mut ahead = graph.hits.iter().peekable();
             for (number, &(a, b)) in (0u32..).zip(&graph.edges) {
-                let mark = marks[a as usize];
-                if mark == NONE {
+                let home = homes[a as usize];
+                if home.block == IDLE {
                     continue;
                 }
-                let time = ahead.next_if(|hit| hit.0 == number).map(|hit| hit.1);
-                edges.push(mark, ((places[a as usize], places[b as usize]), time));
+                let place = edges.push(home.block, (home.place, homes[b as usize].place));
+                if let Some(&(_, time)) = ahead.next_if(|hit| hit.0 == number) {
+                    hits.push(home.block, (time, place));
+                }
             }
             for hit in &graph.fixed {
-                fixed.push(marks[hit.node as usize], FixedHit { node: places[hit.node as usize], ..*hit });
+                let home = homes[hit.node as usize];
+                fixed.push(home.block, FixedHit { node: home.place, ..*hit });
             }
             for &node in &graph.watched {
-                watched.push(marks[node as usize], places[node as usize]);
+                watched.push(homes[node as usize].block, homes[node as usize].place);
             }
         }
     }
@@ -175,9 +206,11 @@ impl<S: Scalar> Components<S> {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        size_of::<u32>() * (self.parents.capacity() + self.marks.capacity() + self.places.capacity())
+        size_of::<u32>() * self.parents.capacity()
+            + size_of::<Home>() * self.homes.capacity()
             + self.nodes.bytes()
             + self.edges.bytes()
+            + self.hits.bytes()
             + self.fixed.bytes()
             + self.watched.bytes()
     }
@@ -208,9 +241,19 @@ impl<T: Copy> Grouped<T> {
         &self.items[self.starts[group] as usize..self.starts[group + 1] as usize]
     }
 
+    /// Returns the place of a group's first item among the items of all groups.
+    pub(crate) fn first(&self, group: usize) -> u32 {
+        self.starts[group]
+    }
+
     fn begin(&mut self, groups: usize) {
         self.starts.clear();
         self.starts.resize(groups + 2, 0);
+    }
+
+    /// Drops all groups but the first few, before any item is put in.
+    fn keep(&mut self, groups: usize) {
+        self.starts.truncate(groups + 2);
     }
 
     /// Announces an item; returns how many of the group came before it.
@@ -230,10 +273,12 @@ impl<T: Copy> Grouped<T> {
         self.items.resize(sum as usize, filler);
     }
 
-    fn push(&mut self, group: u32, item: T) {
+    /// Puts an item into a group; returns its place among the items of all groups.
+    fn push(&mut self, group: u32, item: T) -> u32 {
         let place = &mut self.starts[group as usize + 1];
         self.items[*place as usize] = item;
         *place += 1;
+        *place - 1
     }
 
     /// Puts an item into a place of its group, in groups that are not pushed to.

@@ -21,9 +21,6 @@ const TIDY_CYCLES: u32 = 32;
 /// With fewer active objects than this, all are near in memory in any order.
 const TIDY_ACTIVE_MIN: usize = 4096;
 
-/// Components that one thread solves at a stretch, at least.
-const COMPONENTS_A_SOLVER_MIN: usize = 64;
-
 /// The parts of a cycle, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
@@ -194,10 +191,10 @@ impl<S: Scalar> World<S> {
         };
     }
 
-    /// Solves the components; each solver those of a stretch.
+    /// Solves the components; each solver the blocks of a stretch.
     fn solve(&mut self) {
-        let components = self.components.nodes.groups();
-        let solvers = self.threads().min(components.div_ceil(COMPONENTS_A_SOLVER_MIN)).max(1);
+        let blocks = self.components.nodes.groups();
+        let solvers = self.threads().min(blocks).max(1);
         if self.solvers.len() < solvers {
             self.solvers.resize_with(solvers, Solver::new);
         }
@@ -206,10 +203,11 @@ impl<S: Scalar> World<S> {
             solver.make_room(self.activity.runners);
         }
         let setting = self.setting();
-        let stretch = components.div_ceil(solvers);
+        let stretch = blocks.div_ceil(solvers);
         let work = |(number, solver): (usize, &mut Solver<S>)| {
-            let range = (number * stretch).min(components)..components.min((number + 1) * stretch);
-            solver.solve(&self.components, range, &setting);
+            for block in (number * stretch).min(blocks)..blocks.min((number + 1) * stretch) {
+                solver.solve(&self.components, block, &setting);
+            }
         };
         if solvers == 1 {
             work((0, &mut crew[0]));

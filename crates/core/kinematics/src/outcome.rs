@@ -105,12 +105,8 @@ impl<S: Scalar> Outcome<S> {
             + size_of::<Event>() * self.events.capacity()
     }
 
-    /// Adds what became of a runner.
+    /// Adds what became of a runner that does not just go straight on.
     pub(crate) fn add(&mut self, runner: &Runner<S>, arena: &[Stage<S>], setting: &Setting<'_, S>) {
-        let turns = matches!(runner.track, Track::Turning(..));
-        if !turns && !runner.is_held {
-            return;
-        }
         let event = |time: S, kind, other, rests| Event {
             cycle: setting.cycle,
             time: time.to_f64(),
@@ -127,7 +123,8 @@ impl<S: Scalar> Outcome<S> {
         if let Some(halt) = runner.halt {
             let from = Moment { cycle: setting.cycle, fraction: runner.end.to_f64() };
             let plan = Plan { motion: Motion::at_rest(runner.last, from), course: None, queue: &[] };
-            let hash = object_hash(runner.id, (runner.radius, runner.layers), &plan);
+            let layers = setting.objects.layers[runner.slot as usize];
+            let hash = object_hash(runner.id, (runner.radius, layers), &plan);
             self.halted.push(Halted {
                 slot: runner.slot,
                 id: runner.id,

@@ -5,7 +5,6 @@ use maniple_geometry::{ObjectId, Piece, Planar, Scalar};
 
 use crate::event::EventKind;
 use crate::track::Stage;
-use crate::wall::Layers;
 
 /// Why and beside whom an object was stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +51,6 @@ pub(crate) struct Runner<S: Scalar> {
     pub(crate) slot: u32,
     pub(crate) id: ObjectId,
     pub(crate) radius: S,
-    pub(crate) layers: Layers,
     pub(crate) track: Track<S>,
     /// Where it will be at the end of the cycle.
     pub(crate) last: S::Vector,
@@ -71,7 +69,7 @@ impl<S: Scalar> Runner<S> {
     /// Stops the object at a time, at the rounded point of its track.
     pub(crate) fn stop(&mut self, time: S, halt: Halt, arena: &[Stage<S>]) {
         assert!(self.halt.is_none(), "an object collides at most once a cycle");
-        self.last = self.piece_at(time, arena).position(time);
+        self.last = self.position(time, arena);
         self.is_held = true;
         self.end = time;
         self.halt = Some(halt);
@@ -88,7 +86,7 @@ impl<S: Scalar> Runner<S> {
         let step = (0..self.retreats).fold(S::from_f64(4.0) * S::ROUNDOFF, |step, _| step + step);
         self.retreats += 1;
         let end = (base - step).greater(S::ZERO).flushed();
-        self.last = self.piece_at(end, arena).position(end);
+        self.last = self.position(end, arena);
         self.is_held = true;
         self.end = end;
     }
@@ -160,6 +158,11 @@ impl<S: Scalar> Runner<S> {
             Track::Straight { .. } => &[],
             Track::Turning(from, to) => &arena[from as usize..to as usize],
         }
+    }
+
+    /// Returns where the track is at a time, rounded.
+    fn position(&self, time: S, arena: &[Stage<S>]) -> S::Vector {
+        self.piece_at(time, arena).position(time)
     }
 
     fn piece_at(&self, time: S, arena: &[Stage<S>]) -> Piece<S> {

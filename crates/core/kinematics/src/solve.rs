@@ -1,4 +1,4 @@
-//! The events of one component, earliest first.
+//! The events of a block of components, earliest first.
 
 use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, is_advancing, straight_contact};
 use maniple_geometry::{Piece, Planar, Scalar};
@@ -13,9 +13,6 @@ use crate::runner::{Halt, Runner, Track};
 use crate::sphere::straight_reach;
 use crate::track::{Stage, add_stages};
 
-/// Components whose runners are made one right after the other, so that the memory answers all at once.
-const COMPONENTS_AT_ONCE: usize = 32;
-
 /// Who stops in a collision of two objects.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Stops {
@@ -26,13 +23,11 @@ pub enum Stops {
     Approaching,
 }
 
-/// What one thread needs to solve components, one after the other; kept for its memory.
+/// What one thread needs to solve blocks of components, one after the other; kept for its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Solver<S: Scalar> {
-    /// The runners of some components, those of one component one behind the other.
+    /// Everybody in the block.
     pub(crate) runners: Vec<Runner<S>>,
-    /// Which of them are in the component that is being solved.
-    pub(crate) here: std::ops::Range<usize>,
     /// The stages of the tracks that turn.
     pub(crate) arena: Vec<Stage<S>>,
     /// Pairs of runners whose spheres intersect.
@@ -46,9 +41,11 @@ pub(crate) struct Solver<S: Scalar> {
     link_starts: Vec<u32>,
     generation: Vec<u32>,
     halts: Vec<(u32, Halt)>,
+    /// Runners that do not just go straight on: they turn, were stopped, or pulled back.
+    pub(crate) touched: Vec<u32>,
     pub(crate) suspects: Vec<u32>,
     pub(crate) failed: Vec<u32>,
-    /// What became of the runners of all components that were solved in this cycle.
+    /// What became of the runners of all blocks that were solved in this cycle.
     pub(crate) outcome: Outcome<S>,
 }
 
@@ -56,7 +53,6 @@ impl<S: Scalar> Solver<S> {
     pub(crate) fn new() -> Self {
         Self {
             runners: Vec::new(),
-            here: 0..0,
             arena: Vec::new(),
             edges: Vec::new(),
             fixed: Vec::new(),
@@ -65,6 +61,7 @@ impl<S: Scalar> Solver<S> {
             link_starts: Vec::new(),
             generation: Vec::new(),
             halts: Vec::new(),
+            touched: Vec::new(),
             suspects: Vec::new(),
             failed: Vec::new(),
             outcome: Outcome::new(),
@@ -79,40 +76,19 @@ impl<S: Scalar> Solver<S> {
         make_room(&mut self.edges, 2 * room);
         make_room(&mut self.fixed, room);
         make_room(&mut self.links, 4 * room);
-        make_room(&mut self.link_starts, room);
+        make_room(&mut self.link_starts, 2 * room);
         make_room(&mut self.generation, room);
         make_room(&mut self.halts, room);
+        make_room(&mut self.touched, room);
         make_room(&mut self.suspects, room);
         make_room(&mut self.failed, room);
         self.agenda.make_room(3 * room);
     }
 
-    /// Solves some components, one after the other.
-    pub(crate) fn solve(
-        &mut self,
-        components: &Components<S>,
-        range: std::ops::Range<usize>,
-        setting: &Setting<'_, S>,
-    ) {
-        for first in range.clone().step_by(COMPONENTS_AT_ONCE) {
-            let block = first..range.end.min(first + COMPONENTS_AT_ONCE);
-            self.arena.clear();
-            self.runners.clear();
-            for &node in block.clone().flat_map(|component| components.nodes.group(component)) {
-                self.add_runner(node, setting);
-            }
-            self.here = 0..0;
-            for component in block {
-                self.here = self.here.end..self.here.end + components.nodes.group(component).len();
-                self.solve_component(components, component, setting);
-            }
-        }
-    }
-
-    /// Stops whoever collides in a component, at the exact time, sees to it that the rounded result overlaps nowhere,
-    /// and adds what became of everybody to the outcome.
-    fn solve_component(&mut self, components: &Components<S>, component: usize, setting: &Setting<'_, S>) {
-        self.begin(components, component, setting);
+    /// Stops whoever collides in a block, at the exact time, sees to it that the rounded result overlaps nowhere, and adds
+    /// what became of everybody to the outcome.
+    pub(crate) fn solve(&mut self, components: &Components<S>, block: usize, setting: &Setting<'_, S>) {
+        self.begin(components, block, setting);
         self.generation.clear();
         // Every generation stops at least one object for the rest of the cycle or drops a hit between two that
         // have both come to rest, so there are no more than objects and hits.
@@ -123,14 +99,15 @@ impl<S: Scalar> Solver<S> {
             self.generation.clear();
         }
         self.certify(setting);
-        for index in self.here.clone() {
-            self.outcome.add(&self.runners[index], &self.arena, setting);
+        for &index in &self.touched {
+            self.outcome.add(&self.runners[index as usize], &self.arena, setting);
         }
     }
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
         let words = self.links.capacity() + self.link_starts.capacity() + self.generation.capacity();
+        let words = words + self.touched.capacity();
         size_of::<u32>() * (words + self.suspects.capacity() + self.failed.capacity())
             + size_of::<Runner<S>>() * self.runners.capacity()
             + size_of::<Stage<S>>() * self.arena.capacity()
@@ -142,36 +119,37 @@ impl<S: Scalar> Solver<S> {
 
     /// Returns the edges that a runner is in.
     pub(crate) fn links_of(&self, runner: u32) -> &[u32] {
-        let place = runner as usize - self.here.start;
-        let (from, to) = (self.link_starts[place], self.link_starts[place + 1]);
-        &self.links[from as usize..to as usize]
+        &self.links[self.link_range(runner)]
     }
 
-    /// Takes over what is known to lie ahead of the runners of a component.
-    fn begin(&mut self, components: &Components<S>, component: usize, setting: &Setting<'_, S>) {
-        let base = u32::try_from(self.here.start).expect("objects have u32 ids");
+    fn link_range(&self, runner: u32) -> std::ops::Range<usize> {
+        let place = runner as usize;
+        self.link_starts[place] as usize..self.link_starts[place + 1] as usize
+    }
+
+    /// Takes over what is known to lie ahead of the runners of a block.
+    fn begin(&mut self, components: &Components<S>, block: usize, setting: &Setting<'_, S>) {
+        self.arena.clear();
+        self.touched.clear();
+        self.runners.clear();
+        for &node in components.nodes.group(block) {
+            self.add_runner(node, setting);
+        }
+        let turning = self.touched.len();
+        for &runner in components.watched.group(block) {
+            self.runners[runner as usize].ends_near = true;
+        }
         self.edges.clear();
-        let ahead = components.edges.group(component);
-        self.edges.extend(ahead.iter().map(|&((a, b), _)| (a + base, b + base)));
+        self.edges.extend_from_slice(components.edges.group(block));
+        let fixed = components.fixed.group(block);
         self.fixed.clear();
-        for hit in components.fixed.group(component) {
-            self.fixed.push((hit.node + base, hit.halt));
-        }
-        for &runner in components.watched.group(component) {
-            self.runners[(runner + base) as usize].ends_near = true;
-        }
-        let turns = |runner: &Runner<S>| matches!(runner.track, Track::Turning(..));
-        let anybody_turns = !self.arena.is_empty() && self.runners[self.here.clone()].iter().any(turns);
-        let turning = if anybody_turns { self.here.len() } else { 0 };
-        self.agenda.begin(self.edges.len() + self.fixed.len() + turning);
-        for (edge, &(_, time)) in (0u32..).zip(ahead) {
-            self.agenda.set(edge, time);
-        }
-        for (place, hit) in (0u32..).zip(components.fixed.group(component)) {
-            self.agenda.set(self.item_of_fixed(place), Some(hit.time));
-        }
+        self.fixed.extend(fixed.iter().map(|hit| (hit.node, hit.halt)));
+        let first = components.edges.first(block);
+        let of_edges = components.hits.group(block).iter().map(|&(time, edge)| (edge - first, time));
+        let of_fixed = (self.item_of_fixed(0)..).zip(fixed.iter().map(|hit| hit.time));
+        self.agenda.begin(self.edges.len() + fixed.len() + turning, of_edges.chain(of_fixed));
         self.link();
-        if anybody_turns {
+        if turning > 0 {
             self.predict_turning(setting);
         }
     }
@@ -189,6 +167,7 @@ impl<S: Scalar> Solver<S> {
             add_stages(&setting.objects.plan(slot), setting.cycle, &mut self.arena);
             let place = |length: usize| u32::try_from(length).expect("few stages");
             let last = self.arena[self.arena.len() - 1].motion;
+            self.touched.push(place(self.runners.len()));
             (Track::Turning(place(from), place(self.arena.len())), last)
         } else {
             (Track::Straight { point, velocity }, setting.objects.states[slot as usize].motion())
@@ -197,7 +176,6 @@ impl<S: Scalar> Solver<S> {
             slot,
             id: setting.objects.intents[slot as usize].id,
             radius,
-            layers: setting.objects.layers[slot as usize],
             track,
             last: last_motion.position(setting.cycle.next()).flushed(),
             end: S::ONE,
@@ -208,7 +186,7 @@ impl<S: Scalar> Solver<S> {
         });
     }
 
-    /// Predicts what the graph leaves to the solver: the collisions of those who turn.
+    /// Predicts what the graph leaves to the solver: the collisions of those who turn, who are all that is touched yet.
     fn predict_turning(&mut self, setting: &Setting<'_, S>) {
         let turns = |runner: &Runner<S>| matches!(runner.track, Track::Turning(..));
         for edge in (0u32..).take(self.edges.len()) {
@@ -217,11 +195,9 @@ impl<S: Scalar> Solver<S> {
                 self.predict(edge, S::ZERO, setting.skin);
             }
         }
-        for index in self.here.clone() {
-            let this = self.runners[index];
-            if !turns(&this) {
-                continue;
-            }
+        for place in 0..self.touched.len() {
+            let index = self.touched[place];
+            let this = self.runners[index as usize];
             let mut around = Around::new(this.slot, this.radius, setting);
             for stage in this.stages(&self.arena).iter().filter(|stage| stage.piece.is_moving()) {
                 let piece = &stage.piece;
@@ -231,7 +207,7 @@ impl<S: Scalar> Solver<S> {
             }
             if let Some((time, halt)) = around.first {
                 let place = u32::try_from(self.fixed.len()).expect("fewer than runners");
-                self.fixed.push((u32::try_from(index).expect("objects have u32 ids"), halt));
+                self.fixed.push((index, halt));
                 self.agenda.set(self.item_of_fixed(place), Some(time));
             }
         }
@@ -239,21 +215,23 @@ impl<S: Scalar> Solver<S> {
 
     /// Lists for each runner the edges that it is in.
     fn link(&mut self) {
-        let Self { edges, links, link_starts, here, .. } = self;
+        let Self { edges, links, link_starts, runners, .. } = self;
         link_starts.clear();
-        link_starts.resize(here.len() + 2, 0);
+        link_starts.resize(runners.len() + 2, 0);
         for &(a, b) in edges.iter() {
-            link_starts[a as usize - here.start + 2] += 1;
-            link_starts[b as usize - here.start + 2] += 1;
+            link_starts[a as usize + 2] += 1;
+            link_starts[b as usize + 2] += 1;
         }
-        for place in 2..link_starts.len() {
-            link_starts[place] += link_starts[place - 1];
+        let mut sum = 0;
+        for start in link_starts.iter_mut() {
+            sum += *start;
+            *start = sum;
         }
         links.clear();
         links.resize(2 * edges.len(), 0);
         for (edge, &(a, b)) in (0u32..).zip(edges.iter()) {
             for runner in [a, b] {
-                let place = &mut link_starts[runner as usize - here.start + 1];
+                let place = &mut link_starts[runner as usize + 1];
                 links[*place as usize] = edge;
                 *place += 1;
             }
@@ -304,17 +282,19 @@ impl<S: Scalar> Solver<S> {
             self.halts[0].1 = first.1.merged(second.1);
         }
         for &(runner, halt) in &self.halts {
-            self.runners[runner as usize].stop(time, halt, &self.arena);
+            let this = &mut self.runners[runner as usize];
+            if matches!(this.track, Track::Straight { .. }) {
+                self.touched.push(runner);
+            }
+            this.stop(time, halt, &self.arena);
         }
     }
 
     /// Predicts the next collisions of the stopped with their neighbours, and of pairs whose collision stopped neither.
     fn predict_anew(&mut self, time: S, skin: S) {
         for index in 0..self.halts.len() {
-            let stopped = self.halts[index].0;
-            let place = stopped as usize - self.here.start;
-            for link in self.link_starts[place]..self.link_starts[place + 1] {
-                self.predict(self.links[link as usize], time, skin);
+            for link in self.link_range(self.halts[index].0) {
+                self.predict(self.links[link], time, skin);
             }
         }
         for index in 0..self.generation.len() {
