@@ -53,7 +53,7 @@ mod straight {
             radius: RADIUS,
         };
         let (first, second) = (straight(first), straight(second));
-        let contact = || straight_contact(black_box(&first), black_box(&second), (0.0, SKIN));
+        let contact = || straight_contact(black_box(&first), black_box(&second), SKIN);
         assert_eq!(contact().is_some(), collides);
         bencher.bench_local(contact);
     }

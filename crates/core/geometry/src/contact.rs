@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 
 use crate::piece::Piece;
-use crate::predicate::{Approach, Pair, side_of_way};
+use crate::predicate::{Approach, Encounter, Pair, place_error, side_of_way};
 use crate::scalar::{Planar, Scalar};
 use crate::segment::Segment;
 
@@ -79,24 +79,77 @@ impl<S: Scalar> Straight<S> {
     }
 }
 
-/// As [`circle_contact`] for two circles that go straight on from a time to the end of the cycle: the same bits with less
-/// ado.
+/// As [`circle_contact`] for two circles that go straight on for the whole cycle: the same bits with less ado.
 #[inline]
 #[must_use]
-pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, (from, skin): (S, S)) -> Option<S> {
-    let (d, w) = (b.position(from) - a.position(from), b.velocity - a.velocity);
-    let anchor = |of: &Straight<S>| of.piece().on_line(from);
-    let pair = Pair::new(anchor(a), anchor(b), (a.radius.to_f64(), b.radius.to_f64()));
-    let enters = pair.enters_plainly((S::ONE - from).to_f64()).unwrap_or_else(|| {
-        let pieces = (a.piece(), b.piece());
-        let movers =
-            (Mover { piece: &pieces.0, radius: a.radius }, Mover { piece: &pieces.1, radius: b.radius });
-        enters_exactly(movers.0, movers.1, (from, S::ONE))
-    });
-    if !enters || w == S::Vector::zero() {
-        return None;
+pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Option<S> {
+    let glance = glance(a, b, skin);
+    let enters =
+        if glance.is_sure { glance.time < S::INFINITY } else { enters_exactly_straight(a, b, S::ZERO) };
+    let (d, w) = (b.point - a.point, b.velocity - a.velocity);
+    enters.then(|| bounded(entry(d, w, (a.radius + b.radius + skin, skin)), S::ONE))
+}
+
+/// What rounded numbers alone say of two circles that go straight on for the whole cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Glance<S: Scalar = f64> {
+    /// When they collide, to the bit, as a fraction of the cycle; infinity if they do not.
+    pub time: S,
+    /// Whether that is certain. If not, [`straight_contact`] has to be asked.
+    pub is_sure: bool,
+    /// Whether they are less than two skins from touching at the end of the cycle, or nearer, if both go on so long.
+    pub ends_near: bool,
+}
+
+/// As [`straight_contact`], as far as rounded numbers tell, and without a branch: in a crowd nobody can guess who collides.
+#[inline]
+#[must_use]
+pub fn glance<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Glance<S> {
+    let (d, w) = (b.point - a.point, b.velocity - a.velocity);
+    let encounter = Encounter::new(
+        b.point.to_dvec2() - a.point.to_dvec2(),
+        b.velocity.to_dvec2() - a.velocity.to_dvec2(),
+        0.0,
+        a.radius.to_f64() + b.radius.to_f64(),
+    );
+    let verdict = encounter.verdict(1.0);
+    let reach = a.radius + b.radius + skin;
+    let time = bounded(entry(d, w, (reach, skin)), S::ONE);
+    let (end, near) = (d + w, reach + skin);
+    Glance {
+        time: if verdict.enters { time } else { S::INFINITY },
+        is_sure: verdict.enters | verdict.stays_away,
+        ends_near: end.dot(end) < near * near,
     }
-    Some(bounded(from + entry(d, w, (a.radius + b.radius + skin, skin)), S::ONE))
+}
+
+/// As [`circle_contact`] for a circle at rest and one that goes straight on from a time to the end of the cycle; the
+/// velocity of the first is not looked at.
+#[inline]
+#[must_use]
+pub fn still_contact<S: Scalar>(still: &Straight<S>, b: &Straight<S>, (from, skin): (S, S)) -> Option<S> {
+    let (d, w) = (b.position(from) - still.point, b.velocity);
+    let radii = (still.radius, b.radius);
+    let (point, velocity) = (b.point.to_dvec2(), b.velocity.to_dvec2());
+    let place = point + velocity * from.to_f64();
+    let encounter = Encounter::new(
+        place - still.point.to_dvec2(),
+        velocity,
+        place_error(point, velocity),
+        radii.0.to_f64() + radii.1.to_f64(),
+    );
+    let enters = encounter.enters((S::ONE - from).to_f64()).unwrap_or_else(|| {
+        enters_exactly_straight(&Straight { velocity: S::Vector::zero(), ..*still }, b, from)
+    });
+    enters.then(|| bounded(from + entry(d, w, (radii.0 + radii.1 + skin, skin)), S::ONE))
+}
+
+#[cold]
+#[inline(never)]
+fn enters_exactly_straight<S: Scalar>(a: &Straight<S>, b: &Straight<S>, from: S) -> bool {
+    let pieces = (a.piece(), b.piece());
+    let movers = (Mover { piece: &pieces.0, radius: a.radius }, Mover { piece: &pieces.1, radius: b.radius });
+    enters_exactly(movers.0, movers.1, (from, S::ONE))
 }
 
 /// Returns when a moving circle collides with a segment in a window in which the piece holds, as a fraction of the
@@ -178,15 +231,14 @@ fn enters_exactly<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, (from, to): (S, S
 ///
 /// Who stopped at that distance is there up to rounding, which must not decide who comes first: with the slack all of them
 /// collide at once, and are resolved together.
+#[inline]
 fn entry<S: Scalar>(d: S::Vector, w: S::Vector, (reach, slack): (S, S)) -> S {
     let square = d.dot(d);
     let at_once = reach + slack;
-    if square <= at_once * at_once {
-        return S::ZERO;
-    }
     let cross = d.cross(w);
     let discriminant = (w.dot(w) * (reach * reach) - cross * cross).greater(S::ZERO);
-    (square - reach * reach) / (discriminant.sqrt() - d.dot(w))
+    let time = (square - reach * reach) / (discriminant.sqrt() - d.dot(w));
+    if square <= at_once * at_once { S::ZERO } else { time }
 }
 
 /// When the centre is first within reach of the segment; it is known to get there.

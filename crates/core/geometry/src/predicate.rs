@@ -10,6 +10,7 @@ use std::cmp::Ordering;
 use glam::DVec2;
 
 use crate::exact::{Exact, ExactVector};
+use crate::limits::TINY;
 use crate::piece::Anchor;
 use crate::scalar::{Planar, Scalar};
 use crate::segment::Segment;
@@ -54,7 +55,7 @@ impl Anchor {
         if self.time == self.since || self.velocity == DVec2::ZERO {
             0.0
         } else {
-            4.0 * U * (norm(self.point) + 2.0 * norm(self.velocity))
+            place_error(self.point, self.velocity)
         }
     }
 
@@ -146,9 +147,16 @@ impl Pair {
     }
 }
 
+/// A bound of the error of each component of `point + velocity * t` for a `t` from -1 to 1, rounded and
+/// [`Scalar::flushed`].
+#[inline]
+pub(crate) fn place_error(point: DVec2, velocity: DVec2) -> f64 {
+    4.0 * U * (norm(point) + 2.0 * norm(velocity)) + TINY
+}
+
 /// Two circles on straight lines, at one time, in rounded numbers; symbols as in [`Pair`].
 #[derive(Clone, Copy)]
-struct Encounter {
+pub(crate) struct Encounter {
     d: DVec2,
     /// A bound of the error of each component of `d`.
     d_error: f64,
@@ -157,11 +165,25 @@ struct Encounter {
 }
 
 impl Encounter {
-    /// Whether the circles come nearer than touching within `span` from now on, both on their lines: `d · w < 0` and
-    /// `w² R² > (d × w)²`, and at the end `(d + w s) · w >= 0` or `|d + w s| < R`. By rounded numbers alone; `None`
-    /// where those cannot tell.
+    /// Of two circles whose places have errors of at most `error` in all.
     #[inline]
-    fn enters(self, span: f64) -> Option<bool> {
+    pub(crate) fn new(d: DVec2, w: DVec2, error: f64, reach: f64) -> Self {
+        Self { d, d_error: error + U * norm(d), w, reach }
+    }
+
+    /// As [`Encounter::verdict`]; `None` where rounded numbers cannot tell.
+    #[inline]
+    pub(crate) fn enters(self, span: f64) -> Option<bool> {
+        let Verdict { enters, stays_away } = self.verdict(span);
+        (enters | stays_away).then_some(enters)
+    }
+
+    /// Whether the circles come nearer than touching within `span` from now on, both on their lines: `d · w < 0` and
+    /// `w² R² > (d × w)²`, and at the end `(d + w s) · w >= 0` or `|d + w s| < R`.
+    ///
+    /// Everything is computed before anything is decided: which of the conditions fails cannot be guessed.
+    #[inline]
+    pub(crate) fn verdict(self, span: f64) -> Verdict {
         let Self { d, w, reach, d_error } = self;
         let (d_norm, w_norm) = (norm(d), norm(w));
         let (approach, cross, square) = (d.dot(w), d.perp_dot(w), w.dot(w));
@@ -170,23 +192,31 @@ impl Encounter {
         let crossing = swept - missed;
         let crossing_error =
             12.0 * U * (swept + missed) + 4.0 * product_error * (cross.abs() + product_error);
-        if approach > product_error || crossing < -crossing_error {
-            return Some(false);
-        }
-        if approach >= -product_error || crossing <= crossing_error {
-            return None;
-        }
         let after = approach + square * span;
         let after_error = product_error + 8.0 * U * square * span;
         let end = d + w * span;
         let end_error = d_error + 6.0 * U * (d_norm + w_norm * span);
-        let gap = end.dot(end) - reach * reach;
-        let gap_error = 4.0 * end_error * (norm(end) + end_error) + 6.0 * U * (end.dot(end) + reach * reach);
-        if after > after_error || gap < -gap_error {
-            return Some(true);
+        let end_square = end.dot(end);
+        let gap = end_square - reach * reach;
+        let gap_error = 4.0 * end_error * (norm(end) + end_error) + 6.0 * U * (end_square + reach * reach);
+        Verdict {
+            enters: (approach < -product_error)
+                & (crossing > crossing_error)
+                & ((after > after_error) | (gap < -gap_error)),
+            // A square of the relative velocity cannot underflow, so it is zero only where the circles go in step.
+            stays_away: (approach > product_error)
+                | (crossing < -crossing_error)
+                | ((after < -after_error) & (gap > gap_error))
+                | (square == 0.0),
         }
-        (after < -after_error && gap > gap_error).then_some(false)
     }
+}
+
+/// What rounded numbers say about an encounter; if neither holds, they cannot tell.
+#[derive(Clone, Copy)]
+pub(crate) struct Verdict {
+    pub(crate) enters: bool,
+    pub(crate) stays_away: bool,
 }
 
 /// A circle beside a segment, at one time.

@@ -61,17 +61,21 @@ impl<S: Scalar> Agenda<S> {
         self.later.reserve_exact(items.saturating_sub(self.later.len()));
     }
 
-    /// Begins anew, with so many items, of which some are known to happen.
-    pub(crate) fn begin(&mut self, items: usize, known: impl Iterator<Item = (u32, S)>) {
+    /// Begins anew, with items that happen at some time or, at infinity, not.
+    pub(crate) fn begin(&mut self, times: impl Iterator<Item = S>) {
         self.times.clear();
-        self.times.resize(items, S::INFINITY);
-        self.known.clear();
-        self.past = 0;
+        self.times.extend(times);
         self.later.clear();
-        for (item, time) in known {
-            self.times[item as usize] = time;
-            self.known.push(Entry { time, item });
+        self.past = 0;
+        self.known.clear();
+        self.known.resize(self.times.len(), Entry { time: S::INFINITY, item: 0 });
+        // Who happens cannot be guessed, so all are written down, and most over again.
+        let mut count = 0;
+        for (item, &time) in (0u32..).zip(&self.times) {
+            self.known[count] = Entry { time, item };
+            count += usize::from(time < S::INFINITY);
         }
+        self.known.truncate(count);
         self.known.sort_unstable_by_key(Entry::bits);
     }
 
@@ -130,9 +134,9 @@ mod tests {
         for count in [20u32, 200] {
             let mut agenda = Agenda::new();
             let time = |item| f64::from(item * 7 % 5);
-            let (known, later): (Vec<u32>, Vec<u32>) = (0..count).partition(|item| item % 3 != 0);
-            agenda.begin(count as usize, known.into_iter().map(|item| (item, time(item))));
-            for item in later {
+            let known = |item| if item % 3 == 0 { f64::INFINITY } else { time(item) };
+            agenda.begin((0..count).map(known));
+            for item in (0..count).step_by(3) {
                 agenda.set(item, Some(time(item)));
             }
             agenda.set(0, Some(2.5));

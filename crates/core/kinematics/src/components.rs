@@ -19,15 +19,16 @@ const NODES_A_BLOCK: u32 = 256;
 pub(crate) struct Components<S: Scalar> {
     /// For each node another one of its component, nearer to the root, which is its own parent.
     parents: Vec<u32>,
+    /// For each node whether something may happen to it by itself; for a root whether that is so in its component.
+    busy: Vec<bool>,
     homes: Vec<Home>,
     /// How many components there are, those in which nothing happens included.
     pub(crate) count: usize,
     /// The nodes of each block.
     pub(crate) nodes: Grouped<u32>,
-    /// The pairs of each block whose spheres intersect, as places.
-    pub(crate) edges: Grouped<Edge>,
-    /// Collisions ahead in each block if nobody is stopped: when, and which of all edges.
-    pub(crate) hits: Grouped<(S, u32)>,
+    /// The pairs of each block whose spheres intersect, as places, and when they collide if nobody is stopped; infinity if
+    /// they do not.
+    pub(crate) edges: Grouped<(Edge, S)>,
     /// Collisions ahead with something at rest; the node is a place.
     pub(crate) fixed: Grouped<FixedHit<S>>,
     /// Places of those who end near something at rest, or turn.
@@ -35,26 +36,27 @@ pub(crate) struct Components<S: Scalar> {
 }
 
 /// Where a node is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Home {
-    /// The block, or `IDLE`; before blocks are formed, `BUSY` for the root of a component in which something may happen.
+    /// The block, or [`IDLE`].
     block: u32,
     /// The place in the block.
     place: u32,
 }
 
-const IDLE: u32 = u32::MAX;
-const BUSY: u32 = u32::MAX - 1;
+/// The block of those to whom nothing can happen. It is filled like all others, since a branch that cannot be guessed
+/// costs more than that, but never looked at.
+const IDLE: u32 = 0;
 
 impl<S: Scalar> Components<S> {
     pub(crate) fn new() -> Self {
         Self {
             parents: Vec::new(),
+            busy: Vec::new(),
             homes: Vec::new(),
             count: 0,
             nodes: Grouped::default(),
             edges: Grouped::default(),
-            hits: Grouped::default(),
             fixed: Grouped::default(),
             watched: Grouped::default(),
         }
@@ -82,17 +84,19 @@ impl<S: Scalar> Components<S> {
         sizes.into_iter().max().unwrap_or(0)
     }
 
-    /// Marks the roots of components in which something may happen.
+    /// Marks those to whom something may happen.
     fn mark(&mut self, nodes: usize, graphs: &[Graph<S>]) {
-        self.homes.clear();
-        self.homes.resize(nodes, Home { block: IDLE, place: 0 });
+        self.busy.clear();
+        self.busy.resize(nodes, false);
         for graph in graphs {
-            let pairs = graph.hits.iter().map(|hit| graph.edges[hit.0 as usize].0);
+            for (&(a, _), &time) in graph.edges.iter().zip(&graph.times) {
+                self.busy[a as usize] |= time < S::INFINITY;
+            }
             let close = graph.close.iter().map(|edge| edge.0);
-            let lone = graph.fixed.iter().map(|hit| hit.node).chain(graph.watched.iter().copied());
-            for node in pairs.chain(close).chain(lone) {
-                let root = self.root_halving(node);
-                self.homes[root as usize].block = BUSY;
+            for node in
+                close.chain(graph.fixed.iter().map(|hit| hit.node)).chain(graph.watched.iter().copied())
+            {
+                self.busy[node as usize] = true;
             }
         }
     }
@@ -102,41 +106,39 @@ impl<S: Scalar> Components<S> {
     /// The block follows from how many nodes have been placed when the root comes up, which is the first node of its
     /// component: so blocks are about equally large, and near in the plane what is near in the list.
     fn form_blocks(&mut self, nodes: usize) {
-        self.nodes.begin(nodes / NODES_A_BLOCK as usize + 1);
-        let mut placed = 0;
         for node in 0..nodes {
             // A parent is smaller than its child, so it is a child of the root itself by now.
             let root = self.parents[self.parents[node] as usize];
             self.parents[node] = root;
-            let mut block = self.homes[root as usize].block;
-            if block == IDLE {
-                continue;
-            }
-            if block == BUSY {
-                block = placed / NODES_A_BLOCK;
-            }
-            placed += 1;
-            self.homes[node] = Home { block, place: self.nodes.count(block) };
+            self.busy[root as usize] |= self.busy[node];
         }
-        let blocks = placed.div_ceil(NODES_A_BLOCK) as usize;
+        self.nodes.begin(nodes / NODES_A_BLOCK as usize + 2);
+        self.homes.resize(nodes, Home::default());
+        let mut placed = 0;
+        for (node, &root) in (0u32..).zip(&self.parents) {
+            let is_busy = self.busy[root as usize];
+            let opened = if is_busy { IDLE + 1 + placed / NODES_A_BLOCK } else { IDLE };
+            let block = if node == root { opened } else { self.homes[root as usize].block };
+            placed += u32::from(is_busy);
+            self.homes[node as usize] = Home { block, place: self.nodes.count(block) };
+        }
+        let blocks = 1 + placed.div_ceil(NODES_A_BLOCK) as usize;
         self.nodes.keep(blocks);
         self.edges.begin(blocks);
-        self.hits.begin(blocks);
         self.fixed.begin(blocks);
         self.watched.begin(blocks);
     }
 
+    /// Returns the blocks.
+    pub(crate) fn blocks(&self) -> std::ops::Range<usize> {
+        IDLE as usize + 1..self.nodes.groups()
+    }
+
     fn group(&mut self, graphs: &[Graph<S>]) {
-        let Self { homes, nodes, edges, hits, fixed, watched, .. } = self;
+        let Self { homes, nodes, edges, fixed, watched, .. } = self;
         for graph in graphs {
             for &(a, _) in &graph.edges {
-                let block = homes[a as usize].block;
-                if block != IDLE {
-                    edges.count(block);
-                }
-            }
-            for hit in &graph.hits {
-                hits.count(homes[graph.edges[hit.0 as usize].0 as usize].block);
+                edges.count(homes[a as usize].block);
             }
             for hit in &graph.fixed {
                 fixed.count(homes[hit.node as usize].block);
@@ -146,28 +148,18 @@ impl<S: Scalar> Components<S> {
             }
         }
         nodes.lay_out(0);
-        edges.lay_out((0, 0));
-        hits.lay_out((S::ZERO, 0));
+        edges.lay_out(((0, 0), S::INFINITY));
         let nobody = Halt { kind: EventKind::Edge, other: None };
         fixed.lay_out(FixedHit { node: 0, time: S::ZERO, halt: nobody });
         watched.lay_out(0);
         for (node, home) in (0u32..).zip(homes.iter()) {
-            if home.block != IDLE {
-                nodes.set(home.block, home.place, node);
-            }
+            nodes.set(home.block, home.place, node);
         }
         nodes.close();
         for graph in graphs {
-            let mut ahead = graph.hits.iter().peekable();
-            for (number, &(a, b)) in (0u32..).zip(&graph.edges) {
+            for (&(a, b), &time) in graph.edges.iter().zip(&graph.times) {
                 let home = homes[a as usize];
-                if home.block == IDLE {
-                    continue;
-                }
-                let place = edges.push(home.block, (home.place, homes[b as usize].place));
-                if let Some(&(_, time)) = ahead.next_if(|hit| hit.0 == number) {
-                    hits.push(home.block, (time, place));
-                }
+                edges.push(home.block, ((home.place, homes[b as usize].place), time));
             }
             for hit in &graph.fixed {
                 let home = homes[hit.node as usize];
@@ -179,22 +171,27 @@ impl<S: Scalar> Components<S> {
         }
     }
 
-    /// Joins the components of two nodes; returns whether they were two. Union-find with path halving, always towards
-    /// the smaller node (Tarjan and van Leeuwen 1984): near-linear in the number of edges.
-    fn join(&mut self, a: u32, b: u32) -> bool {
-        let (a, b) = (self.root_halving(a), self.root_halving(b));
-        let (small, large) = if a < b { (a, b) } else { (b, a) };
-        self.parents[large as usize] = small;
-        small != large
-    }
-
-    fn root_halving(&mut self, mut node: u32) -> u32 {
-        while self.parents[node as usize] != node {
-            let above = self.parents[self.parents[node as usize] as usize];
-            self.parents[node as usize] = above;
-            node = above;
+    /// Joins the components of two nodes; returns whether they were two.
+    ///
+    /// Union-find by Rem's algorithm, which climbs from both nodes in turn, always from the one with the larger parent, and
+    /// lets each on the way have the smaller parent: Patwary, Blair, Manne, *Experiments on union-find algorithms for the
+    /// disjoint-set data structure*, 2010. A parent is never larger than its child.
+    fn join(&mut self, mut a: u32, mut b: u32) -> bool {
+        loop {
+            let (mut above_a, mut above_b) = (self.parents[a as usize], self.parents[b as usize]);
+            if above_a == above_b {
+                return false;
+            }
+            if above_a < above_b {
+                (a, b) = (b, a);
+                (above_a, above_b) = (above_b, above_a);
+            }
+            self.parents[a as usize] = above_b;
+            if above_a == a {
+                return true;
+            }
+            a = above_a;
         }
-        node
     }
 
     fn root(&self, mut node: u32) -> u32 {
@@ -208,9 +205,9 @@ impl<S: Scalar> Components<S> {
     pub(crate) fn bytes(&self) -> usize {
         size_of::<u32>() * self.parents.capacity()
             + size_of::<Home>() * self.homes.capacity()
+            + self.busy.capacity()
             + self.nodes.bytes()
             + self.edges.bytes()
-            + self.hits.bytes()
             + self.fixed.bytes()
             + self.watched.bytes()
     }
@@ -241,11 +238,6 @@ impl<T: Copy> Grouped<T> {
         &self.items[self.starts[group] as usize..self.starts[group + 1] as usize]
     }
 
-    /// Returns the place of a group's first item among the items of all groups.
-    pub(crate) fn first(&self, group: usize) -> u32 {
-        self.starts[group]
-    }
-
     fn begin(&mut self, groups: usize) {
         self.starts.clear();
         self.starts.resize(groups + 2, 0);
@@ -273,12 +265,10 @@ impl<T: Copy> Grouped<T> {
         self.items.resize(sum as usize, filler);
     }
 
-    /// Puts an item into a group; returns its place among the items of all groups.
-    fn push(&mut self, group: u32, item: T) -> u32 {
+    fn push(&mut self, group: u32, item: T) {
         let place = &mut self.starts[group as usize + 1];
         self.items[*place as usize] = item;
         *place += 1;
-        *place - 1
     }
 
     /// Puts an item into a place of its group, in groups that are not pushed to.

@@ -193,8 +193,8 @@ impl<S: Scalar> World<S> {
 
     /// Solves the components; each solver the blocks of a stretch.
     fn solve(&mut self) {
-        let blocks = self.components.nodes.groups();
-        let solvers = self.threads().min(blocks).max(1);
+        let blocks = self.components.blocks();
+        let solvers = self.threads().min(blocks.len()).max(1);
         if self.solvers.len() < solvers {
             self.solvers.resize_with(solvers, Solver::new);
         }
@@ -203,9 +203,9 @@ impl<S: Scalar> World<S> {
             solver.make_room(self.activity.runners);
         }
         let setting = self.setting();
-        let stretch = blocks.div_ceil(solvers);
+        let stretch = blocks.len().div_ceil(solvers);
         let work = |(number, solver): (usize, &mut Solver<S>)| {
-            for block in (number * stretch).min(blocks)..blocks.min((number + 1) * stretch) {
+            for block in blocks.clone().skip(number * stretch).take(stretch) {
                 solver.solve(&self.components, block, &setting);
             }
         };

@@ -1,7 +1,9 @@
 //! The motion-sphere intersection graph: who is near whom, and which collisions lie ahead if nobody is stopped.
 
 use glam::DVec2;
-use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, segment_contact, straight_contact};
+use maniple_geometry::contact::{
+    Mover, Straight, Window, circle_contact, glance, segment_contact, straight_contact,
+};
 use maniple_geometry::{Cycle, Piece, Planar, Scalar, Segment};
 
 use crate::bands::Bands;
@@ -45,9 +47,9 @@ pub(crate) struct FixedHit<S: Scalar> {
 pub(crate) struct Graph<S: Scalar> {
     /// Pairs whose spheres intersect.
     pub(crate) edges: Vec<Edge>,
-    /// Collisions of pairs, in the order of the edges: the number of the edge, and when.
-    pub(crate) hits: Vec<(u32, S)>,
-    /// Pairs that come up in no hit but have to be looked at: they end near each other, or one of them turns.
+    /// For each pair when it collides; infinity if it does not.
+    pub(crate) times: Vec<S>,
+    /// Pairs that do not collide but have to be looked at: they end near each other, or one of them turns.
     pub(crate) close: Vec<Edge>,
     /// The first collision of each object that goes straight with anything at rest.
     pub(crate) fixed: Vec<FixedHit<S>>,
@@ -62,7 +64,7 @@ impl<S: Scalar> Graph<S> {
     pub(crate) fn new() -> Self {
         Self {
             edges: Vec::new(),
-            hits: Vec::new(),
+            times: Vec::new(),
             close: Vec::new(),
             fixed: Vec::new(),
             watched: Vec::new(),
@@ -74,7 +76,7 @@ impl<S: Scalar> Graph<S> {
     /// Makes the part of a band.
     pub(crate) fn connect(&mut self, band: usize, setting: &Setting<'_, S>) {
         self.edges.clear();
-        self.hits.clear();
+        self.times.clear();
         self.close.clear();
         self.fixed.clear();
         self.watched.clear();
@@ -87,7 +89,7 @@ impl<S: Scalar> Graph<S> {
         self.connect_to_smaller(band, setting);
         self.look_around(band, setting);
         keep_room(&mut self.edges);
-        keep_room(&mut self.hits);
+        keep_room(&mut self.times);
         keep_room(&mut self.close);
         keep_room(&mut self.fixed);
         keep_room(&mut self.watched);
@@ -117,22 +119,22 @@ impl<S: Scalar> Graph<S> {
             if setting.is_layered && !objects.share_layer(first_tag.slot(), second_tag.slot()) {
                 continue;
             }
-            let number = u32::try_from(self.edges.len()).expect("edges are numbered with 32 bits");
             self.edges.push(edge);
             if first_tag.turns() || second_tag.turns() {
+                self.times.push(S::INFINITY);
                 self.close.push(edge);
                 continue;
             }
             let (first, second) = (&first_band.straights[a], &second_band.straights[b]);
-            match straight_contact(first, second, (S::ZERO, skin)) {
-                Some(time) => self.hits.push((number, time)),
-                None => {
-                    let between = second.point + second.velocity - (first.point + first.velocity);
-                    let near = first.radius + second.radius + skin + skin;
-                    if between.dot(between) < near * near {
-                        self.close.push(edge);
-                    }
-                }
+            let glance = glance(first, second, skin);
+            let mut time = glance.time;
+            if !glance.is_sure {
+                time = straight_contact(first, second, skin).unwrap_or(S::INFINITY);
+            }
+            self.times.push(time);
+            // Few who do not collide end so near, so that this can be guessed.
+            if glance.ends_near & (time == S::INFINITY) {
+                self.close.push(edge);
             }
         }
     }
@@ -169,7 +171,7 @@ impl<S: Scalar> Graph<S> {
     pub(crate) fn bytes(&self) -> usize {
         size_of::<Edge>() * (self.edges.capacity() + self.close.capacity())
             + self.pairs.bytes()
-            + size_of::<(u32, S)>() * self.hits.capacity()
+            + size_of::<S>() * self.times.capacity()
             + size_of::<FixedHit<S>>() * self.fixed.capacity()
             + size_of::<u32>() * self.watched.capacity()
     }

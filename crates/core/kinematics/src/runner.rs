@@ -136,20 +136,9 @@ impl<S: Scalar> Runner<S> {
         }
     }
 
-    /// Returns the one line that the object is on from a time to the end of the cycle, if it is so: on a straight track, or
-    /// since it is held.
-    #[inline]
-    pub(crate) fn line_from(&self, time: S) -> Option<Straight<S>> {
-        let radius = self.radius;
-        match self.track {
-            _ if self.is_held && self.end <= time => {
-                Some(Straight { point: self.last, velocity: S::Vector::zero(), radius })
-            }
-            Track::Straight { point, velocity } if !self.is_held => {
-                Some(Straight { point, velocity, radius })
-            }
-            Track::Straight { .. } | Track::Turning(..) => None,
-        }
+    /// Returns the object at rest where it has been stopped.
+    pub(crate) fn held(&self) -> Straight<S> {
+        Straight { point: self.last, velocity: S::Vector::zero(), radius: self.radius }
     }
 
     /// Returns the stages of a track that turns.

@@ -1,6 +1,6 @@
 //! The events of a block of components, earliest first.
 
-use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, is_advancing, straight_contact};
+use maniple_geometry::contact::{Mover, Straight, Window, circle_contact, is_advancing, still_contact};
 use maniple_geometry::{Piece, Planar, Scalar};
 
 use crate::agenda::Agenda;
@@ -139,15 +139,14 @@ impl<S: Scalar> Solver<S> {
         for &runner in components.watched.group(block) {
             self.runners[runner as usize].ends_near = true;
         }
+        let edges = components.edges.group(block);
         self.edges.clear();
-        self.edges.extend_from_slice(components.edges.group(block));
+        self.edges.extend(edges.iter().map(|edge| edge.0));
         let fixed = components.fixed.group(block);
         self.fixed.clear();
         self.fixed.extend(fixed.iter().map(|hit| (hit.node, hit.halt)));
-        let first = components.edges.first(block);
-        let of_edges = components.hits.group(block).iter().map(|&(time, edge)| (edge - first, time));
-        let of_fixed = (self.item_of_fixed(0)..).zip(fixed.iter().map(|hit| hit.time));
-        self.agenda.begin(self.edges.len() + fixed.len() + turning, of_edges.chain(of_fixed));
+        let times = edges.iter().map(|edge| edge.1).chain(fixed.iter().map(|hit| hit.time));
+        self.agenda.begin(times.chain(std::iter::repeat_n(S::INFINITY, turning)));
         self.link();
         if turning > 0 {
             self.predict_turning(setting);
@@ -293,9 +292,7 @@ impl<S: Scalar> Solver<S> {
     /// Predicts the next collisions of the stopped with their neighbours, and of pairs whose collision stopped neither.
     fn predict_anew(&mut self, time: S, skin: S) {
         for index in 0..self.halts.len() {
-            for link in self.link_range(self.halts[index].0) {
-                self.predict(self.links[link], time, skin);
-            }
+            self.predict_around(self.halts[index].0, time, skin);
         }
         for index in 0..self.generation.len() {
             let item = self.generation[index];
@@ -308,16 +305,29 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
-    /// Puts the first collision of an edge from a time on into the agenda.
+    /// Predicts the next collisions of an object that has just been stopped with its neighbours.
+    fn predict_around(&mut self, stopped: u32, time: S, skin: S) {
+        let still = self.runners[stopped as usize].held();
+        for link in self.link_range(stopped) {
+            let edge = self.links[link];
+            let (a, b) = self.edges[edge as usize];
+            let other = &self.runners[(a ^ b ^ stopped) as usize];
+            if other.halt.is_some() {
+                self.agenda.set(edge, None);
+            } else if let Track::Straight { point, velocity } = other.track {
+                let moving = Straight { point, velocity, radius: other.radius };
+                self.agenda.set(edge, still_contact(&still, &moving, (time, skin)));
+            } else {
+                self.predict(edge, time, skin);
+            }
+        }
+    }
+
+    /// Puts the first collision of an edge, of whom not both have been stopped, from a time on into the agenda.
     fn predict(&mut self, edge: u32, from: S, skin: S) {
         let (a, b) = self.edges[edge as usize];
         let (first, second) = (&self.runners[a as usize], &self.runners[b as usize]);
-        let time = if first.halt.is_some() && second.halt.is_some() {
-            None
-        } else {
-            first_contact(first, second, (from, skin), &self.arena)
-        };
-        self.agenda.set(edge, time);
+        self.agenda.set(edge, first_contact(first, second, (from, skin), &self.arena));
     }
 }
 
@@ -341,9 +351,6 @@ pub(crate) fn first_contact<S: Scalar>(
     (from, skin): (S, S),
     arena: &[Stage<S>],
 ) -> Option<S> {
-    if let (Some(one), Some(other)) = (first.line_from(from), second.line_from(from)) {
-        return straight_contact(&one, &other, (from, skin));
-    }
     let (mut ones, mut others) = (first.pieces_from(from, arena), second.pieces_from(from, arena));
     let (mut one, mut other): (Piece<S>, Piece<S>) = (ones.next()?, others.next()?);
     loop {

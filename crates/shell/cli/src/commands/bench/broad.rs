@@ -168,9 +168,7 @@ impl Cycle {
     fn find(&mut self, method: Method) -> Pairs {
         let (skin, margin) = (self.skin, 2.0 * self.skin);
         match method {
-            Method::AllPairs => {
-                every_pair(&self.straights, |a, b| straight_contact(a, b, (0.0, skin)).is_some())
-            }
+            Method::AllPairs => every_pair(&self.straights, |a, b| straight_contact(a, b, skin).is_some()),
             Method::Boxes => {
                 self.boxes.clear();
                 self.boxes.extend(self.straights.iter().map(|straight| Bounds::of(straight, margin)));
