@@ -90,6 +90,80 @@ pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) ->
     enters.then(|| bounded(entry(d, w, (a.radius + b.radius + skin, skin)), S::ONE))
 }
 
+/// How many pairs [`Couples`] holds.
+pub const COUPLES: usize = 16;
+
+/// Pairs of circles that go straight on for the whole cycle, as arrays of their fields.
+#[derive(Clone, Debug)]
+pub struct Couples<S: Scalar = f64> {
+    ones: Fields<S>,
+    others: Fields<S>,
+}
+
+#[derive(Clone, Debug)]
+struct Fields<S: Scalar> {
+    xs: [S; COUPLES],
+    ys: [S; COUPLES],
+    velocity_xs: [S; COUPLES],
+    velocity_ys: [S; COUPLES],
+    radii: [S; COUPLES],
+}
+
+impl<S: Scalar> Default for Couples<S> {
+    fn default() -> Self {
+        Self { ones: Fields::new(), others: Fields::new() }
+    }
+}
+
+impl<S: Scalar> Couples<S> {
+    /// Puts a pair into a place.
+    #[inline]
+    pub fn set(&mut self, place: usize, a: &Straight<S>, b: &Straight<S>) {
+        self.ones.set(place, a);
+        self.others.set(place, b);
+    }
+
+    /// Returns the [`glance`] at each pair.
+    #[inline]
+    pub fn glance(&self, skin: S, glances: &mut [Glance<S>; COUPLES]) {
+        let mut times = [S::ZERO; COUPLES];
+        let mut flags = [0u64; COUPLES];
+        for place in 0..COUPLES {
+            let glance = glance(&self.ones.at(place), &self.others.at(place), skin);
+            times[place] = glance.time;
+            flags[place] = u64::from(glance.is_sure) | u64::from(glance.ends_near) << 1;
+        }
+        for (glance, (time, flags)) in glances.iter_mut().zip(times.into_iter().zip(flags)) {
+            *glance = Glance { time, is_sure: flags & 1 != 0, ends_near: flags & 2 != 0 };
+        }
+    }
+}
+
+impl<S: Scalar> Fields<S> {
+    fn new() -> Self {
+        let zeros = [S::ZERO; COUPLES];
+        Self { xs: zeros, ys: zeros, velocity_xs: zeros, velocity_ys: zeros, radii: zeros }
+    }
+
+    #[inline]
+    fn set(&mut self, place: usize, straight: &Straight<S>) {
+        self.xs[place] = straight.point.x();
+        self.ys[place] = straight.point.y();
+        self.velocity_xs[place] = straight.velocity.x();
+        self.velocity_ys[place] = straight.velocity.y();
+        self.radii[place] = straight.radius;
+    }
+
+    #[inline]
+    fn at(&self, place: usize) -> Straight<S> {
+        Straight {
+            point: S::Vector::new(self.xs[place], self.ys[place]),
+            velocity: S::Vector::new(self.velocity_xs[place], self.velocity_ys[place]),
+            radius: self.radii[place],
+        }
+    }
+}
+
 /// What rounded numbers alone say of two circles that go straight on for the whole cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Glance<S: Scalar = f64> {

@@ -2,11 +2,11 @@
 
 use glam::DVec2;
 use maniple_geometry::contact::{
-    Mover, Straight, Window, circle_contact, glance, segment_contact, straight_contact,
+    COUPLES, Couples, Glance, Mover, Straight, Window, circle_contact, segment_contact, straight_contact,
 };
 use maniple_geometry::{Cycle, Piece, Planar, Scalar, Segment};
 
-use crate::bands::Bands;
+use crate::bands::{Band, Bands};
 use crate::event::EventKind;
 use crate::lanes::{Pairs, add_pairs_of_row, add_pairs_with_level};
 use crate::objects::Objects;
@@ -109,31 +109,54 @@ impl<S: Scalar> Graph<S> {
         }
     }
 
-    /// Decides which of the pairs collide; the first of each, and most of the second, are in a band.
+    /// Decides which of the pairs collide, a few at a time.
     fn judge_pairs(&mut self, band: usize, setting: &Setting<'_, S>) {
-        let Setting { bands, objects, skin, .. } = *setting;
+        let mut couples = Couples::default();
+        let mut edges = [(0, 0); COUPLES];
+        let mut count = 0;
         for index in 0..self.pairs.len() {
             let edge = self.pairs.at(index);
-            let ((first_band, a), (second_band, b)) = (bands.find(edge.0, band), bands.find(edge.1, band));
-            let (first_tag, second_tag) = (first_band.tags[a], second_band.tags[b]);
-            if setting.is_layered && !objects.share_layer(first_tag.slot(), second_tag.slot()) {
+            let [(first, a), (second, b)] = find_both(setting.bands, edge, band);
+            let (first_tag, second_tag) = (first.tags[a], second.tags[b]);
+            if setting.is_layered && !setting.objects.share_layer(first_tag.slot(), second_tag.slot()) {
                 continue;
             }
-            self.edges.push(edge);
             if first_tag.turns() || second_tag.turns() {
+                self.edges.push(edge);
                 self.times.push(S::INFINITY);
                 self.close.push(edge);
                 continue;
             }
-            let (first, second) = (&first_band.straights[a], &second_band.straights[b]);
-            let glance = glance(first, second, skin);
-            let mut time = glance.time;
-            if !glance.is_sure {
-                time = straight_contact(first, second, skin).unwrap_or(S::INFINITY);
+            couples.set(count, &first.straights[a], &second.straights[b]);
+            edges[count] = edge;
+            count += 1;
+            if count == COUPLES {
+                self.judge_couples(band, (&couples, &edges), setting);
+                count = 0;
             }
+        }
+        self.judge_couples(band, (&couples, &edges[..count]), setting);
+    }
+
+    /// Decides about a few pairs who go straight.
+    fn judge_couples(
+        &mut self,
+        band: usize,
+        (couples, edges): (&Couples<S>, &[Edge]),
+        setting: &Setting<'_, S>,
+    ) {
+        let mut glances = [Glance { time: S::INFINITY, is_sure: true, ends_near: false }; COUPLES];
+        couples.glance(setting.skin, &mut glances);
+        for (&edge, Glance { mut time, is_sure, ends_near }) in edges.iter().zip(glances) {
+            if !is_sure {
+                let [(first, a), (second, b)] = find_both(setting.bands, edge, band);
+                let contact = straight_contact(&first.straights[a], &second.straights[b], setting.skin);
+                time = contact.unwrap_or(S::INFINITY);
+            }
+            self.edges.push(edge);
             self.times.push(time);
             // Few who do not collide end so near, so that this can be guessed.
-            if glance.ends_near & (time == S::INFINITY) {
+            if ends_near & (time == S::INFINITY) {
                 self.close.push(edge);
             }
         }
@@ -175,6 +198,12 @@ impl<S: Scalar> Graph<S> {
             + size_of::<FixedHit<S>>() * self.fixed.capacity()
             + size_of::<u32>() * self.watched.capacity()
     }
+}
+
+/// Returns where both nodes of an edge are; the first of each, and most of the second, are in a band.
+#[inline]
+fn find_both<S: Scalar>(bands: &Bands<S>, (a, b): Edge, band: usize) -> [(&Band<S>, usize); 2] {
+    [bands.find(a, band), bands.find(b, band)]
 }
 
 /// What at rest an object meets in a cycle.
