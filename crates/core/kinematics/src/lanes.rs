@@ -187,13 +187,26 @@ impl Pairs {
             self.seconds.resize(PAIRS_MIN.max(4 * end), 0);
         }
         let mut left = hits | more << LANES;
+        // How many there are cannot be guessed, but hardly ever are there more than two: so two are written down in any
+        // case, and what is too much is written over.
+        for _ in 0..2 {
+            self.put(node, (first, second), left);
+            self.count += usize::from(left != 0);
+            left &= left.wrapping_sub(1);
+        }
         while left != 0 {
-            let bit = left.trailing_zeros();
-            let other = if bit < LANES { first + bit } else { second + bit - LANES };
-            (self.firsts[self.count], self.seconds[self.count]) = (node, other);
+            self.put(node, (first, second), left);
             self.count += 1;
             left &= left - 1;
         }
+    }
+
+    /// Writes the pair of the lowest bit down, if there is one.
+    #[inline(always)]
+    fn put(&mut self, node: u32, (first, second): (u32, u32), bits: u32) {
+        let bit = bits.trailing_zeros();
+        let base = if bit < LANES { first } else { second.wrapping_sub(LANES) };
+        (self.firsts[self.count], self.seconds[self.count]) = (node, base.wrapping_add(bit));
     }
 
     /// Bytes on the heap.
