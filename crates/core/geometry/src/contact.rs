@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 
 use crate::piece::Piece;
-use crate::predicate::{Approach, Encounter, Pair, place_error, side_of_way};
+use crate::predicate::{Approach, Encounter, Pair, Verdict, place_error, side_of_way};
 use crate::scalar::{Planar, Scalar};
 use crate::segment::Segment;
 
@@ -198,24 +198,24 @@ pub fn glance<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Glance<S>
 }
 
 /// As [`circle_contact`] for a circle at rest and one that goes straight on from a time to the end of the cycle; the
-/// velocity of the first is not looked at.
+/// velocity of the first is not looked at. Infinity if they do not collide.
 #[inline]
 #[must_use]
-pub fn still_contact<S: Scalar>(still: &Straight<S>, b: &Straight<S>, (from, skin): (S, S)) -> Option<S> {
+pub fn still_contact<S: Scalar>(still: &Straight<S>, b: &Straight<S>, (from, skin): (S, S)) -> S {
     let (d, w) = (b.position(from) - still.point, b.velocity);
-    let radii = (still.radius, b.radius);
     let (point, velocity) = (b.point.to_dvec2(), b.velocity.to_dvec2());
-    let place = point + velocity * from.to_f64();
     let encounter = Encounter::new(
-        place - still.point.to_dvec2(),
+        point + velocity * from.to_f64() - still.point.to_dvec2(),
         velocity,
         place_error(point, velocity),
-        radii.0.to_f64() + radii.1.to_f64(),
+        still.radius.to_f64() + b.radius.to_f64(),
     );
-    let enters = encounter.enters((S::ONE - from).to_f64()).unwrap_or_else(|| {
-        enters_exactly_straight(&Straight { velocity: S::Vector::zero(), ..*still }, b, from)
-    });
-    enters.then(|| bounded(from + entry(d, w, (radii.0 + radii.1 + skin, skin)), S::ONE))
+    let Verdict { mut enters, stays_away } = encounter.verdict((S::ONE - from).to_f64());
+    let time = bounded(from + entry(d, w, (still.radius + b.radius + skin, skin)), S::ONE);
+    if !(enters | stays_away) {
+        enters = enters_exactly_straight(&Straight { velocity: S::Vector::zero(), ..*still }, b, from);
+    }
+    if enters { time } else { S::INFINITY }
 }
 
 #[cold]

@@ -79,13 +79,17 @@ impl<S: Scalar> Agenda<S> {
         self.known.sort_unstable_by_key(Entry::bits);
     }
 
-    /// Puts an item to a time, or takes it off.
+    /// Takes an item off.
     #[inline]
-    pub(crate) fn set(&mut self, item: u32, time: Option<S>) {
-        self.times[item as usize] = time.unwrap_or(S::INFINITY);
-        if let Some(time) = time {
-            self.later.push(Reverse(Entry { time, item }));
-        }
+    pub(crate) fn take_off(&mut self, item: u32) {
+        self.times[item as usize] = S::INFINITY;
+    }
+
+    /// Puts an item to a time.
+    #[inline]
+    pub(crate) fn put(&mut self, item: u32, time: S) {
+        self.times[item as usize] = time;
+        self.later.push(Reverse(Entry { time, item }));
     }
 
     /// Takes the items that come first off, all of one time, and adds them to a list; returns that time, or `None` if
@@ -137,10 +141,10 @@ mod tests {
             let known = |item| if item % 3 == 0 { f64::INFINITY } else { time(item) };
             agenda.begin((0..count).map(known));
             for item in (0..count).step_by(3) {
-                agenda.set(item, Some(time(item)));
+                agenda.put(item, time(item));
             }
-            agenda.set(0, Some(2.5));
-            agenda.set(1, None);
+            agenda.put(0, 2.5);
+            agenda.take_off(1);
             let (mut order, mut taken) = (Vec::new(), Vec::new());
             while let Some(time) = agenda.take_first(&mut taken) {
                 assert!(order.last().is_none_or(|&(last, _)| last < time), "{count} items");

@@ -33,10 +33,9 @@ impl<S: Scalar> Solver<S> {
                 self.judge((a, b), setting.skin);
             }
         }
-        for (index, this) in (0u32..).zip(&self.runners) {
-            let is_suspect =
-                this.ends_near || this.halt.is_some() || matches!(this.track, Track::Turning(..));
-            if is_suspect && overlaps_anything_at_rest(this, setting) {
+        for &index in &self.beside {
+            let this = &self.runners[index as usize];
+            if (this.ends_near || this.halt.is_some()) && overlaps_anything_at_rest(this, setting) {
                 self.failed.push(index);
             }
         }

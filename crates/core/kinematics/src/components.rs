@@ -33,6 +33,8 @@ pub(crate) struct Components<S: Scalar> {
     pub(crate) fixed: Grouped<FixedHit<S>>,
     /// Places of those who end near something at rest, or turn.
     pub(crate) watched: Grouped<u32>,
+    /// Places of those with something at rest near their way.
+    pub(crate) beside: Grouped<u32>,
 }
 
 /// Where a node is.
@@ -59,6 +61,7 @@ impl<S: Scalar> Components<S> {
             edges: Grouped::default(),
             fixed: Grouped::default(),
             watched: Grouped::default(),
+            beside: Grouped::default(),
         }
     }
 
@@ -127,6 +130,7 @@ impl<S: Scalar> Components<S> {
         self.edges.begin(blocks);
         self.fixed.begin(blocks);
         self.watched.begin(blocks);
+        self.beside.begin(blocks);
     }
 
     /// Returns the blocks.
@@ -135,7 +139,7 @@ impl<S: Scalar> Components<S> {
     }
 
     fn group(&mut self, graphs: &[Graph<S>]) {
-        let Self { homes, nodes, edges, fixed, watched, .. } = self;
+        let Self { homes, nodes, edges, fixed, watched, beside, .. } = self;
         for graph in graphs {
             for &(a, _) in &graph.edges {
                 edges.count(homes[a as usize].block);
@@ -146,12 +150,16 @@ impl<S: Scalar> Components<S> {
             for &node in &graph.watched {
                 watched.count(homes[node as usize].block);
             }
+            for &node in &graph.beside {
+                beside.count(homes[node as usize].block);
+            }
         }
         nodes.lay_out(0);
         edges.lay_out(((0, 0), S::INFINITY));
         let nobody = Halt { kind: EventKind::Edge, other: None };
         fixed.lay_out(FixedHit { node: 0, time: S::ZERO, halt: nobody });
         watched.lay_out(0);
+        beside.lay_out(0);
         for (node, home) in (0u32..).zip(homes.iter()) {
             nodes.set(home.block, home.place, node);
         }
@@ -167,6 +175,9 @@ impl<S: Scalar> Components<S> {
             }
             for &node in &graph.watched {
                 watched.push(homes[node as usize].block, homes[node as usize].place);
+            }
+            for &node in &graph.beside {
+                beside.push(homes[node as usize].block, homes[node as usize].place);
             }
         }
     }
@@ -210,6 +221,7 @@ impl<S: Scalar> Components<S> {
             + self.edges.bytes()
             + self.fixed.bytes()
             + self.watched.bytes()
+            + self.beside.bytes()
     }
 }
 

@@ -55,6 +55,8 @@ pub(crate) struct Graph<S: Scalar> {
     pub(crate) fixed: Vec<FixedHit<S>>,
     /// Objects that have to be looked at: they turn, or end near something at rest.
     pub(crate) watched: Vec<u32>,
+    /// Objects with something at rest near their way, so that their end has to be certified beside it.
+    pub(crate) beside: Vec<u32>,
     /// Pairs of spheres that were tested.
     pub(crate) tested: usize,
     pairs: Pairs,
@@ -68,6 +70,7 @@ impl<S: Scalar> Graph<S> {
             close: Vec::new(),
             fixed: Vec::new(),
             watched: Vec::new(),
+            beside: Vec::new(),
             tested: 0,
             pairs: Pairs::default(),
         }
@@ -80,6 +83,7 @@ impl<S: Scalar> Graph<S> {
         self.close.clear();
         self.fixed.clear();
         self.watched.clear();
+        self.beside.clear();
         self.tested = 0;
         for row in setting.bands.bands[band].rows() {
             self.pairs.clear();
@@ -93,6 +97,7 @@ impl<S: Scalar> Graph<S> {
         keep_room(&mut self.close);
         keep_room(&mut self.fixed);
         keep_room(&mut self.watched);
+        keep_room(&mut self.beside);
     }
 
     /// The pairs of the spheres of a band with those of the levels below its own.
@@ -169,6 +174,7 @@ impl<S: Scalar> Graph<S> {
         for (place, (node, tag)) in (0u32..).zip((this.base..).zip(&this.tags)) {
             if tag.turns() {
                 self.watched.push(node);
+                self.beside.push(node);
                 continue;
             }
             if nothing_rests {
@@ -179,6 +185,7 @@ impl<S: Scalar> Graph<S> {
                 }
             }
             let (slot, Straight { point, velocity, radius }) = (tag.slot(), this.straights[place as usize]);
+            self.beside.push(node);
             let mut around = Around::new(slot, radius, setting);
             let reach = f64::from(setting.objects.states[slot as usize].reach);
             around.meet(&straight(point, velocity), reach, setting);
@@ -196,7 +203,7 @@ impl<S: Scalar> Graph<S> {
             + self.pairs.bytes()
             + size_of::<S>() * self.times.capacity()
             + size_of::<FixedHit<S>>() * self.fixed.capacity()
-            + size_of::<u32>() * self.watched.capacity()
+            + size_of::<u32>() * (self.watched.capacity() + self.beside.capacity())
     }
 }
 

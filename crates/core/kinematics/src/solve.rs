@@ -41,6 +41,10 @@ pub(crate) struct Solver<S: Scalar> {
     link_starts: Vec<u32>,
     generation: Vec<u32>,
     halts: Vec<(u32, Halt)>,
+    /// Edges of the stopped to those who go on, each with who was stopped.
+    loose: Vec<(u32, u32)>,
+    /// Runners with something at rest near their way.
+    pub(crate) beside: Vec<u32>,
     /// Runners that do not just go straight on: they turn, were stopped, or pulled back.
     pub(crate) touched: Vec<u32>,
     pub(crate) suspects: Vec<u32>,
@@ -61,6 +65,8 @@ impl<S: Scalar> Solver<S> {
             link_starts: Vec::new(),
             generation: Vec::new(),
             halts: Vec::new(),
+            loose: Vec::new(),
+            beside: Vec::new(),
             touched: Vec::new(),
             suspects: Vec::new(),
             failed: Vec::new(),
@@ -79,6 +85,8 @@ impl<S: Scalar> Solver<S> {
         make_room(&mut self.link_starts, 2 * room);
         make_room(&mut self.generation, room);
         make_room(&mut self.halts, room);
+        make_room(&mut self.loose, room);
+        make_room(&mut self.beside, room);
         make_room(&mut self.touched, room);
         make_room(&mut self.suspects, room);
         make_room(&mut self.failed, room);
@@ -107,7 +115,7 @@ impl<S: Scalar> Solver<S> {
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
         let words = self.links.capacity() + self.link_starts.capacity() + self.generation.capacity();
-        let words = words + self.touched.capacity();
+        let words = words + self.touched.capacity() + self.beside.capacity() + 2 * self.loose.capacity();
         size_of::<u32>() * (words + self.suspects.capacity() + self.failed.capacity())
             + size_of::<Runner<S>>() * self.runners.capacity()
             + size_of::<Stage<S>>() * self.arena.capacity()
@@ -139,6 +147,8 @@ impl<S: Scalar> Solver<S> {
         for &runner in components.watched.group(block) {
             self.runners[runner as usize].ends_near = true;
         }
+        self.beside.clear();
+        self.beside.extend_from_slice(components.beside.group(block));
         let edges = components.edges.group(block);
         self.edges.clear();
         self.edges.extend(edges.iter().map(|edge| edge.0));
@@ -207,7 +217,7 @@ impl<S: Scalar> Solver<S> {
             if let Some((time, halt)) = around.first {
                 let place = u32::try_from(self.fixed.len()).expect("fewer than runners");
                 self.fixed.push((index, halt));
-                self.agenda.set(self.item_of_fixed(place), Some(time));
+                self.agenda.put(self.item_of_fixed(place), time);
             }
         }
     }
@@ -291,8 +301,21 @@ impl<S: Scalar> Solver<S> {
 
     /// Predicts the next collisions of the stopped with their neighbours, and of pairs whose collision stopped neither.
     fn predict_anew(&mut self, time: S, skin: S) {
-        for index in 0..self.halts.len() {
-            self.predict_around(self.halts[index].0, time, skin);
+        self.find_loose();
+        for index in 0..self.loose.len() {
+            let (edge, stopped) = self.loose[index];
+            let (a, b) = self.edges[edge as usize];
+            let other = &self.runners[(a ^ b ^ stopped) as usize];
+            if let Track::Straight { point, velocity } = other.track {
+                let moving = Straight { point, velocity, radius: other.radius };
+                let still = self.runners[stopped as usize].held();
+                let next = still_contact(&still, &moving, (time, skin));
+                if next < S::INFINITY {
+                    self.agenda.put(edge, next);
+                }
+            } else {
+                self.predict(edge, time, skin);
+            }
         }
         for index in 0..self.generation.len() {
             let item = self.generation[index];
@@ -305,29 +328,33 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
-    /// Predicts the next collisions of an object that has just been stopped with its neighbours.
-    fn predict_around(&mut self, stopped: u32, time: S, skin: S) {
-        let still = self.runners[stopped as usize].held();
-        for link in self.link_range(stopped) {
-            let edge = self.links[link];
-            let (a, b) = self.edges[edge as usize];
-            let other = &self.runners[(a ^ b ^ stopped) as usize];
-            if other.halt.is_some() {
-                self.agenda.set(edge, None);
-            } else if let Track::Straight { point, velocity } = other.track {
-                let moving = Straight { point, velocity, radius: other.radius };
-                self.agenda.set(edge, still_contact(&still, &moving, (time, skin)));
-            } else {
-                self.predict(edge, time, skin);
+    /// Takes all edges of those who have just been stopped off the agenda, and lists those to neighbours who go on. Who
+    /// does cannot be guessed, so all are written down, and some over again.
+    fn find_loose(&mut self) {
+        let Self { loose, halts, link_starts, links, edges, runners, agenda, .. } = self;
+        let mut count = 0;
+        for &(stopped, _) in halts.iter() {
+            let range = link_starts[stopped as usize] as usize..link_starts[stopped as usize + 1] as usize;
+            if loose.len() < count + range.len() {
+                loose.resize(count + range.len(), (0, 0));
+            }
+            for &edge in &links[range] {
+                let (a, b) = edges[edge as usize];
+                agenda.take_off(edge);
+                loose[count] = (edge, stopped);
+                count += usize::from(runners[(a ^ b ^ stopped) as usize].halt.is_none());
             }
         }
+        loose.truncate(count);
     }
 
     /// Puts the first collision of an edge, of whom not both have been stopped, from a time on into the agenda.
     fn predict(&mut self, edge: u32, from: S, skin: S) {
         let (a, b) = self.edges[edge as usize];
         let (first, second) = (&self.runners[a as usize], &self.runners[b as usize]);
-        self.agenda.set(edge, first_contact(first, second, (from, skin), &self.arena));
+        if let Some(time) = first_contact(first, second, (from, skin), &self.arena) {
+            self.agenda.put(edge, time);
+        }
     }
 }
 
