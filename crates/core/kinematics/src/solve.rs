@@ -262,11 +262,14 @@ impl<S: Scalar> Solver<S> {
                     }
                 }
                 Some(&(a, b)) => {
-                    for (runner, partner) in [(a, b), (b, a)] {
-                        let pair = (&runners[runner as usize], &runners[partner as usize]);
-                        if is_stopped_by(pair, stops, time, arena) {
-                            halts.push((runner, Halt { kind: EventKind::Object, other: Some(pair.1.id) }));
-                        }
+                    let (first, second) = (&runners[a as usize], &runners[b as usize]);
+                    let halt =
+                        |partner: &Runner<S>| Halt { kind: EventKind::Object, other: Some(partner.id) };
+                    if is_stopped_by((first, second), stops, time, arena) {
+                        halts.push((a, halt(second)));
+                    }
+                    if is_stopped_by((second, first), stops, time, arena) {
+                        halts.push((b, halt(first)));
                     }
                 }
             }
