@@ -140,6 +140,11 @@ impl<S: Scalar> Solver<S> {
         self.arena.clear();
         self.touched.clear();
         self.runners.clear();
+        let slot = |&node: &u32| {
+            let (band, place) = setting.bands.find(node, 0);
+            band.tags[place].slot()
+        };
+        setting.objects.fetch(components.nodes.group(block).iter().map(slot));
         for &node in components.nodes.group(block) {
             self.add_runner(node, setting);
         }
