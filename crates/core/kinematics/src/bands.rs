@@ -90,6 +90,12 @@ impl<S: Scalar> Bands<S> {
         (band, (node - band.base) as usize)
     }
 
+    /// Returns the centre of a sphere in the world.
+    #[inline]
+    pub(crate) fn center(&self, sphere: &MotionSphere) -> glam::DVec2 {
+        glam::DVec2::new(f64::from(sphere.x), f64::from(sphere.y)) + self.anchor
+    }
+
     /// Returns the band that a sphere is in.
     fn band_of(&self, node: u32) -> usize {
         self.all().partition_point(|band| band.base <= node) - 1

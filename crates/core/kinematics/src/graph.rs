@@ -1,6 +1,5 @@
 //! The motion-sphere intersection graph: who is near whom, and which collisions lie ahead if nobody is stopped.
 
-use glam::DVec2;
 use maniple_geometry::contact::{
     COUPLES, Couples, Glance, Mover, Straight, Window, circle_contact, segment_contact, straight_contact,
 };
@@ -19,6 +18,9 @@ use crate::walls::Walls;
 
 /// Two spheres that intersect, as nodes: numbers among those of all bands.
 pub(crate) type Edge = (u32, u32);
+
+/// Walls that are asked for one right after the other before they are looked at, so that the memory answers all at once.
+const AT_ONCE: usize = 64;
 
 /// What is the same for everybody in a cycle.
 #[derive(Clone, Copy, Debug)]
@@ -167,32 +169,46 @@ impl<S: Scalar> Graph<S> {
         }
     }
 
-    /// Finds out who collides with anything at rest.
-    fn look_around(&mut self, band: usize, setting: &Setting<'_, S>) {
+    /// Finds out who has anything at rest near its way. Who does cannot be guessed, so all are written down, and most over
+    /// again.
+    fn find_beside(&mut self, band: usize, setting: &Setting<'_, S>) {
         let this = &setting.bands.bands[band];
-        let nothing_rests = setting.resting.is_empty();
+        let is_empty = setting.resting.is_empty();
+        self.beside.resize(this.tags.len(), 0);
+        let mut count = 0;
         for (place, (node, tag)) in (0u32..).zip((this.base..).zip(&this.tags)) {
+            let sphere = this.sphere(place);
+            let center = setting.bands.center(&sphere);
+            let is_clear = is_empty && setting.walls.is_clear(center, f64::from(sphere.radius));
+            self.beside[count] = node;
+            count += usize::from(!is_clear | tag.turns());
             if tag.turns() {
                 self.watched.push(node);
-                self.beside.push(node);
-                continue;
             }
-            if nothing_rests {
-                let sphere = this.sphere(place);
-                let center = DVec2::new(f64::from(sphere.x), f64::from(sphere.y)) + setting.bands.anchor;
-                if setting.walls.is_clear(center, f64::from(sphere.radius)) {
+        }
+        self.beside.truncate(count);
+    }
+
+    /// Finds out who collides with anything at rest.
+    fn look_around(&mut self, band: usize, setting: &Setting<'_, S>) {
+        self.find_beside(band, setting);
+        let this = &setting.bands.bands[band];
+        for some in self.beside.chunks(AT_ONCE) {
+            setting.walls.fetch(some.iter().map(|node| setting.bands.center(&this.sphere(node - this.base))));
+            for &node in some {
+                let place = (node - this.base) as usize;
+                let (tag, Straight { point, velocity, radius }) = (this.tags[place], this.straights[place]);
+                if tag.turns() {
                     continue;
                 }
-            }
-            let (slot, Straight { point, velocity, radius }) = (tag.slot(), this.straights[place as usize]);
-            self.beside.push(node);
-            let mut around = Around::new(slot, radius, setting);
-            let reach = f64::from(setting.objects.states[slot as usize].reach);
-            around.meet(&straight(point, velocity), reach, setting);
-            match around.first {
-                Some((time, halt)) => self.fixed.push(FixedHit { node, time, halt }),
-                None if around.ends_near => self.watched.push(node),
-                None => {}
+                let mut around = Around::new(tag.slot(), radius, setting);
+                let reach = f64::from(setting.objects.states[tag.slot() as usize].reach);
+                around.meet(&straight(point, velocity), reach, setting);
+                match around.first {
+                    Some((time, halt)) => self.fixed.push(FixedHit { node, time, halt }),
+                    None if around.ends_near => self.watched.push(node),
+                    None => {}
+                }
             }
         }
     }

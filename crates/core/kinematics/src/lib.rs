@@ -20,6 +20,7 @@ mod plan;
 mod resting;
 mod room;
 mod runner;
+mod runs;
 mod solve;
 mod sphere;
 mod squares;

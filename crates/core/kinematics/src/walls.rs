@@ -3,11 +3,9 @@
 use glam::DVec2;
 use maniple_geometry::{Planar, Scalar};
 
+use crate::runs::Runs;
 use crate::squares::Squares;
 use crate::wall::Wall;
-
-/// As a link: the end of a list.
-const END: u32 = u32::MAX;
 
 /// Edge of the smallest squares, in world units: walls come from tiles, which are one unit wide. With 2 a cycle on a map of
 /// many walls took a third longer.
@@ -16,65 +14,45 @@ const EDGE_MIN: f64 = 1.0;
 /// A wall that would lie in more squares than this along a side goes to larger ones.
 const SQUARES_A_WALL_MAX: f64 = 512.0;
 
-/// Squares for each one that a wall passes: most squares have no wall, so that most objects meet none. Walls are few, and a square
-/// costs 4 bytes.
-const SQUARES_A_PASSED: f64 = 16.0;
+/// Squares for each one that a wall passes: most squares have no wall near, so that most objects meet none. Walls are few, and
+/// a square costs 8 bytes and a bit.
+const SQUARES_A_PASSED: f64 = 4.0;
 
-/// The most squares of a level: 2^22, 32 MiB.
+/// The most squares of a level: 2^22, 33 MiB.
 const SQUARES_MAX: f64 = (1u32 << 22) as f64;
 
 /// How much larger the squares of the next level are.
 const EDGE_STEP: f64 = 4.0;
 
-/// Walls in numbered places, and lists of them by the squares that they pass; long ones in larger squares. A change
-/// costs as much as the wall is long, however many there are.
+/// Walls in numbered places, and lists of them by squares; long ones in larger squares. A change costs as much as the wall
+/// is long, however many there are.
+///
+/// The list of a square holds all walls that come within an edge of it. So who reaches no further than an edge looks into one
+/// square only, that of its centre.
 #[derive(Clone, Debug)]
 pub(crate) struct Walls<S: Scalar> {
     walls: Vec<Option<Wall<S>>>,
     free: Vec<u32>,
     levels: Vec<Level>,
-    entries: Vec<Entry>,
-    free_entry: u32,
 }
 
 #[derive(Clone, Debug)]
 struct Level {
     edge: f64,
     squares: Squares,
-    heads: Vec<u32>,
-    /// For each square how many entries there are in it and in the eight around it.
-    around: Vec<u32>,
+    /// For each square the walls that come near it.
+    lists: Runs<u32>,
+    /// For each square one bit, whether its list is not empty: all that most objects ask for, and small enough for the nearer
+    /// caches.
+    walled: Vec<u64>,
     held: usize,
     /// How many squares of the plane the walls pass, about; more than of the table, where they come round.
     passed: f64,
 }
 
-/// A wall in the list of a square.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    /// The bounding box of the wall, so that most walls need not be fetched.
-    low: DVec2,
-    high: DVec2,
-    wall: u32,
-    next: u32,
-}
-
-impl Entry {
-    fn new<S: Scalar>(number: u32, wall: &Wall<S>, next: u32) -> Self {
-        let (start, end) = (wall.segment.start.to_dvec2(), wall.segment.end.to_dvec2());
-        let ((left, right), (top, bottom)) = (ordered(start.x, end.x), ordered(start.y, end.y));
-        Self { low: DVec2::new(left, top), high: DVec2::new(right, bottom), wall: number, next }
-    }
-
-    #[inline]
-    fn meets(&self, low: DVec2, high: DVec2) -> bool {
-        self.low.x <= high.x && low.x <= self.high.x && self.low.y <= high.y && low.y <= self.high.y
-    }
-}
-
 impl<S: Scalar> Walls<S> {
     pub(crate) fn new() -> Self {
-        Self { walls: Vec::new(), free: Vec::new(), levels: Vec::new(), entries: Vec::new(), free_entry: END }
+        Self { walls: Vec::new(), free: Vec::new(), levels: Vec::new() }
     }
 
     /// Puts a wall in and returns its number.
@@ -100,25 +78,14 @@ impl<S: Scalar> Walls<S> {
     pub(crate) fn remove(&mut self, number: u32) -> Option<Wall<S>> {
         let wall = (*self.walls.get(number as usize)?)?;
         let place = self.level_of(&wall);
-        let Self { levels, entries, free_entry, .. } = self;
-        let level = &mut levels[place];
-        let Level { squares, heads, around, held, edge, passed } = level;
+        let level = &mut self.levels[place];
+        let Level { squares, lists, walled, held, edge, passed } = level;
         *passed -= squares_passed(&wall, *edge);
         visit_squares(squares, *edge, &wall, |square| {
-            let mut link = heads[square];
-            let mut before = END;
-            while entries[link as usize].wall != number {
-                before = link;
-                link = entries[link as usize].next;
-            }
-            let after = std::mem::replace(&mut entries[link as usize].next, *free_entry);
-            *free_entry = link;
+            assert!(lists.remove(square, |&listed| listed == number), "the wall was listed here");
             *held -= 1;
-            squares.visit_around(square, |near| around[near] -= 1);
-            if before == END {
-                heads[square] = after;
-            } else {
-                entries[before as usize].next = after;
+            if lists.list(square).is_empty() {
+                walled[square / 64] &= !(1 << (square % 64));
             }
         });
         self.walls[number as usize] = None;
@@ -126,7 +93,7 @@ impl<S: Scalar> Walls<S> {
         Some(wall)
     }
 
-    /// Visits the walls that may come within `reach` of a point, some of them more than once.
+    /// Visits the walls that come within `reach` of a point, up to rounding, some of them more than once.
     #[inline]
     pub(crate) fn near(&self, center: DVec2, reach: f64, mut visit: impl FnMut(&Wall<S>)) {
         self.near_numbered(center, reach, |_, wall| visit(wall));
@@ -135,25 +102,40 @@ impl<S: Scalar> Walls<S> {
     /// As [`Walls::near`], with the number of each wall.
     #[inline]
     pub(crate) fn near_numbered(&self, center: DVec2, reach: f64, mut visit: impl FnMut(u32, &Wall<S>)) {
-        let (low, high) = (center - DVec2::splat(reach), center + DVec2::splat(reach));
-        let mut last = END;
         for level in self.levels.iter().filter(|level| level.held > 0) {
-            if level.is_clear(center, reach) {
-                continue;
-            }
-            level.squares.visit((low.x, low.y), (high.x, high.y), |square| {
-                let mut link = level.heads[square];
-                while link != END {
-                    let entry = &self.entries[link as usize];
-                    if entry.meets(low, high) && entry.wall != last {
-                        last = entry.wall;
-                        let wall = self.walls[entry.wall as usize].as_ref();
-                        visit(entry.wall, wall.expect("a listed wall is there"));
+            let mut look_into = |square: usize| {
+                for &number in level.lists.list(square) {
+                    let wall = self.walls[number as usize].as_ref().expect("a listed wall is there");
+                    if comes_near(wall, center, reach) {
+                        visit(number, wall);
                     }
-                    link = entry.next;
                 }
-            });
+            };
+            if reach <= level.edge {
+                look_into(level.square_of(center));
+            } else {
+                let (low, high) =
+                    (center - DVec2::splat(reach - level.edge), center + DVec2::splat(reach - level.edge));
+                level.squares.visit((low.x, low.y), (high.x, high.y), look_into);
+            }
         }
+    }
+
+    /// Asks for the walls near some points, one right after the other, so that the memory answers all at once when they are
+    /// looked at next.
+    pub(crate) fn fetch(&self, centers: impl Iterator<Item = DVec2>) {
+        let mut seen = 0;
+        for center in centers {
+            for level in &self.levels {
+                if let [first, .., last] | [first @ last] = level.lists.list(level.square_of(center)) {
+                    let start = |&number: &u32| {
+                        self.walls[number as usize].map_or(S::ZERO, |wall| wall.segment.start.x())
+                    };
+                    seen ^= start(first).to_f64().to_bits() ^ start(last).to_f64().to_bits();
+                }
+            }
+        }
+        std::hint::black_box(seen);
     }
 
     /// Returns whether it is plain that no wall comes within `reach` of a point.
@@ -164,11 +146,10 @@ impl<S: Scalar> Walls<S> {
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        let squares: usize =
-            self.levels.iter().map(|level| level.heads.capacity() + level.around.capacity()).sum();
-        size_of::<u32>() * (squares + self.free.capacity())
-            + size_of::<Entry>() * self.entries.capacity()
+        let level = |level: &Level| level.lists.bytes() + size_of::<u64>() * level.walled.capacity();
+        size_of::<u32>() * self.free.capacity()
             + size_of::<Option<Wall<S>>>() * self.walls.capacity()
+            + self.levels.iter().map(level).sum::<usize>()
     }
 
     /// The place of the level for a wall; made if it is not there.
@@ -188,16 +169,7 @@ impl<S: Scalar> Walls<S> {
 
     /// Makes at least so many squares; all walls of the level are listed anew.
     fn grow(&mut self, place: usize, count: usize) {
-        let Level { edge, ref heads, .. } = self.levels[place];
-        for &head in heads {
-            let mut link = head;
-            while link != END {
-                let next = std::mem::replace(&mut self.entries[link as usize].next, self.free_entry);
-                self.free_entry = link;
-                link = next;
-            }
-        }
-        let passed = self.levels[place].passed;
+        let Level { edge, passed, .. } = self.levels[place];
         self.levels[place] = Level { passed, ..Level::new(edge, count) };
         for number in (0..self.walls.len()).filter_map(|number| u32::try_from(number).ok()) {
             if let Some(wall) = self.walls[number as usize]
@@ -210,19 +182,11 @@ impl<S: Scalar> Walls<S> {
 
     fn link(&mut self, place: usize, number: u32) {
         let wall = self.walls[number as usize].expect("the wall was just put in");
-        let Self { levels, entries, free_entry, .. } = self;
-        let Level { squares, heads, around, held, edge, .. } = &mut levels[place];
+        let Level { squares, lists, walled, held, edge, .. } = &mut self.levels[place];
         visit_squares(squares, *edge, &wall, |square| {
-            let entry = Entry::new(number, &wall, heads[square]);
-            heads[square] = *free_entry;
+            lists.push(square, number);
+            walled[square / 64] |= 1 << (square % 64);
             *held += 1;
-            squares.visit_around(square, |near| around[near] += 1);
-            if *free_entry == END {
-                heads[square] = u32::try_from(entries.len()).expect("entries are numbered with 32 bits");
-                entries.push(entry);
-            } else {
-                *free_entry = std::mem::replace(&mut entries[heads[square] as usize], entry).next;
-            }
         });
     }
 }
@@ -230,15 +194,30 @@ impl<S: Scalar> Walls<S> {
 impl Level {
     #[inline]
     fn is_clear(&self, center: DVec2, reach: f64) -> bool {
-        let middle = self.squares.place(self.squares.row(center.y), self.squares.column(center.x));
-        reach <= self.edge && self.around[middle] == 0
+        let square = self.square_of(center);
+        reach <= self.edge && self.walled[square / 64] >> (square % 64) & 1 == 0
+    }
+
+    #[inline]
+    fn square_of(&self, point: DVec2) -> usize {
+        self.squares.place(self.squares.row(point.y), self.squares.column(point.x))
     }
 
     fn new(edge: f64, count: usize) -> Self {
         let squares = Squares::new(edge, count);
-        let count = squares.count();
-        Self { edge, squares, heads: vec![END; count], around: vec![0; count], held: 0, passed: 0.0 }
+        let walled = vec![0; squares.count().div_ceil(64)];
+        Self { edge, squares, lists: Runs::new(squares.count()), walled, held: 0, passed: 0.0 }
     }
+}
+
+/// Returns whether a wall comes within `reach` of a point, up to rounding.
+#[inline]
+fn comes_near<S: Scalar>(wall: &Wall<S>, point: DVec2, reach: f64) -> bool {
+    let (start, end) = (wall.segment.start.to_dvec2(), wall.segment.end.to_dvec2());
+    let (e, q, p) = (end - start, point - start, point - end);
+    let (foot, cross, length, square) = (e.dot(q), e.perp_dot(q), e.dot(e), reach * reach);
+    let beside = (foot >= 0.0) & (foot <= length) & (cross * cross <= square * length);
+    beside | (q.dot(q) <= square) | (p.dot(p) <= square)
 }
 
 /// How many squares a level wants whose walls pass so many.
@@ -254,13 +233,13 @@ fn squares_passed<S: Scalar>(wall: &Wall<S>, edge: f64) -> f64 {
     (extent.x.abs() + extent.y.abs()) / edge + 1.0
 }
 
-/// Visits the squares that a wall passes, and perhaps some beside it; the same ones each time it is asked.
+/// Visits the squares that a wall comes within an edge of, and perhaps some more; the same ones each time it is asked.
 fn visit_squares<S: Scalar>(squares: &Squares, edge: f64, wall: &Wall<S>, mut visit: impl FnMut(usize)) {
     let (start, end) = (wall.segment.start.to_dvec2(), wall.segment.end.to_dvec2());
     let (left, right) = ordered(start.x, end.x);
     let (top, bottom) = ordered(start.y, end.y);
-    // A part of a square more on each side outweighs the rounding.
-    let room = edge / 64.0;
+    // A part of a square more outweighs the rounding.
+    let room = edge + edge / 64.0;
     if right - left < edge || bottom - top < edge {
         squares.visit((left - room, top - room), (right + room, bottom + room), visit);
         return;
