@@ -6,7 +6,7 @@
 use std::cmp::Ordering;
 
 use crate::piece::Piece;
-use crate::predicate::{Approach, Encounter, Pair, Verdict, place_error, side_of_way};
+use crate::predicate::{Approach, Encounter, Pair, Passage, Verdict, place_error, side_of_way};
 use crate::scalar::{Planar, Scalar};
 use crate::segment::Segment;
 
@@ -231,10 +231,6 @@ fn enters_exactly_straight<S: Scalar>(a: &Straight<S>, b: &Straight<S>, from: S)
 ///
 /// `None` means that it never comes nearer than touching in that time. Otherwise it is the time at which its
 /// centre is the radius plus the skin from the segment, or `from` where it is as near as that, or a skin more, already.
-///
-/// The distance from a segment is a convex function of time. Where the way of the centre does not cross the
-/// segment, that distance has its smallest value at an end of the window or beside an end of the segment, so
-/// four exact decisions settle whether there is a collision.
 #[must_use]
 pub fn segment_contact<S: Scalar>(
     circle: Mover<'_, S>,
@@ -252,14 +248,35 @@ pub fn segment_contact<S: Scalar>(
     if is_far_from_segment(start, way, segment, reach + skin) {
         return None;
     }
+    let plain = if piece.ends_in_goal(to) {
+        None
+    } else {
+        let radius = circle.radius.to_f64();
+        Passage::new(piece.on_line(from), (to - from).to_f64(), segment).enters(radius)
+    };
+    let collides = plain.unwrap_or_else(|| enters_segment_exactly(circle, segment, window));
+    collides.then(|| bounded(from + segment_entry(start, piece.velocity, segment, (reach, skin)), to))
+}
+
+/// Whether a circle that moves comes nearer to a segment than touching.
+///
+/// The distance from a segment is a convex function of time. Where the way of the centre does not cross the
+/// segment, that distance has its smallest value at an end of the window or beside an end of the segment, so
+/// four exact decisions settle it.
+#[cold]
+#[inline(never)]
+fn enters_segment_exactly<S: Scalar>(circle: Mover<'_, S>, segment: &Segment<S>, window: Window<S>) -> bool {
+    let Window { from, to, .. } = window;
+    let piece = circle.piece;
     let ends = [segment.start, segment.end].map(|end| Piece::at_rest(end, from, to));
     let enters_end = |end| enters(circle, Mover { piece: end, radius: S::ZERO }, window);
     let overlaps_at =
         |time| Approach::new(piece.anchored(time), circle.radius.to_f64(), segment).is_overlapping();
-    let enters_flat =
-        || overlaps_at(to) && (!overlaps_at(from) || is_approaching(start, piece.velocity, segment));
-    let collides = ends.iter().any(enters_end) || enters_flat() || crosses(piece, segment, window);
-    collides.then(|| bounded(from + segment_entry(start, piece.velocity, segment, (reach, skin)), to))
+    let enters_flat = || {
+        overlaps_at(to)
+            && (!overlaps_at(from) || is_approaching(piece.position(from), piece.velocity, segment))
+    };
+    ends.iter().any(enters_end) || enters_flat() || crosses(piece, segment, window)
 }
 
 /// Returns whether the first of two circles moves towards the second at a time: `v · d > 0`, exactly, for its

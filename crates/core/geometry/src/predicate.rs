@@ -219,6 +219,59 @@ pub(crate) struct Verdict {
     pub(crate) stays_away: bool,
 }
 
+/// A circle that passes a segment, in rounded numbers, for as long as its feet stay in one of the three parts of the plane
+/// beside the segment: before its start, along it, behind its end. Symbols as in [`Approach`].
+#[derive(Clone, Copy)]
+pub(crate) struct Passage {
+    start: Anchor,
+    span: f64,
+    ends: (DVec2, DVec2),
+}
+
+impl Passage {
+    /// From an anchor on, for a time `span`.
+    #[inline]
+    pub(crate) fn new<S: Scalar>(start: Anchor, span: f64, segment: &Segment<S>) -> Self {
+        Self { start, span, ends: (segment.start.to_dvec2(), segment.end.to_dvec2()) }
+    }
+
+    /// Whether the circle comes nearer than touching, if it does not overlap the segment at the start. `None` where rounded
+    /// numbers cannot tell, or the feet go from one part to another.
+    ///
+    /// Along the segment it does if `e × q`, from its side at the start, falls below `r |e|`; else where it comes nearer
+    /// than touching to the end beside which it is.
+    #[inline]
+    pub(crate) fn enters(self, radius: f64) -> Option<bool> {
+        let (place, error) = (self.start.place(), self.start.error());
+        let way = self.start.velocity * self.span;
+        let e = self.ends.1 - self.ends.0;
+        let (before, after) = (place - self.ends.0, place + way - self.ends.0);
+        let product_error = norm(e) * (error + 16.0 * U * (norm(before) + norm(way)));
+        let square = e.dot(e);
+        let feet = (e.dot(before), e.dot(after));
+        let (least, most) = if feet.0 < feet.1 { feet } else { (feet.1, feet.0) };
+        if most < -product_error {
+            return self.enters_end(self.ends.0, (place, error), radius);
+        }
+        if least > square * (1.0 + 8.0 * U) + product_error {
+            return self.enters_end(self.ends.1, (place, error), radius);
+        }
+        let sides = (e.perp_dot(before), e.perp_dot(after));
+        let is_along = (least > product_error)
+            & (most < square * (1.0 - 8.0 * U) - product_error)
+            & (sides.0.abs() > product_error);
+        let touching = radius * square.sqrt();
+        let depth = touching - if sides.0 > 0.0 { sides.1 } else { -sides.1 };
+        let depth_error = product_error + 8.0 * U * touching;
+        (is_along & (depth.abs() > depth_error)).then_some(depth > 0.0)
+    }
+
+    #[inline]
+    fn enters_end(&self, end: DVec2, (place, error): (DVec2, f64), radius: f64) -> Option<bool> {
+        Encounter::new(end - place, -self.start.velocity, error, radius).enters(self.span)
+    }
+}
+
 /// A circle beside a segment, at one time.
 ///
 /// Symbols: `e` the segment from its start to its end, `q` the offset from its start to the centre, `r` the

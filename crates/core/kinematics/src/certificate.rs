@@ -33,6 +33,7 @@ impl<S: Scalar> Solver<S> {
                 self.judge((a, b), setting.skin);
             }
         }
+        setting.walls.fetch(self.beside.iter().map(|&index| self.runners[index as usize].last.to_dvec2()));
         for &index in &self.beside {
             let this = &self.runners[index as usize];
             if (this.ends_near || this.halt.is_some()) && overlaps_anything_at_rest(this, setting) {

@@ -189,21 +189,28 @@ impl<S: Scalar> Graph<S> {
         self.beside.truncate(count);
     }
 
-    /// Finds out who collides with anything at rest.
+    /// Finds out who collides with anything at rest; whoever has nothing near its way after all is beside nothing.
     fn look_around(&mut self, band: usize, setting: &Setting<'_, S>) {
         self.find_beside(band, setting);
         let this = &setting.bands.bands[band];
-        for some in self.beside.chunks(AT_ONCE) {
-            setting.walls.fetch(some.iter().map(|node| setting.bands.center(&this.sphere(node - this.base))));
-            for &node in some {
+        let mut kept = 0;
+        for at in (0..self.beside.len()).step_by(AT_ONCE) {
+            let some = at..self.beside.len().min(at + AT_ONCE);
+            let center = |&node: &u32| setting.bands.center(&this.sphere(node - this.base));
+            setting.walls.fetch(self.beside[some.clone()].iter().map(center));
+            for index in some {
+                let node = self.beside[index];
                 let place = (node - this.base) as usize;
                 let (tag, Straight { point, velocity, radius }) = (this.tags[place], this.straights[place]);
+                self.beside[kept] = node;
                 if tag.turns() {
+                    kept += 1;
                     continue;
                 }
                 let mut around = Around::new(tag.slot(), radius, setting);
                 let reach = f64::from(setting.objects.states[tag.slot() as usize].reach);
                 around.meet(&straight(point, velocity), reach, setting);
+                kept += usize::from(around.is_beside);
                 match around.first {
                     Some((time, halt)) => self.fixed.push(FixedHit { node, time, halt }),
                     None if around.ends_near => self.watched.push(node),
@@ -211,6 +218,7 @@ impl<S: Scalar> Graph<S> {
                 }
             }
         }
+        self.beside.truncate(kept);
     }
 
     /// Bytes on the heap.
@@ -236,6 +244,8 @@ pub(crate) struct Around<S: Scalar> {
     radius: S,
     /// The first collision.
     pub(crate) first: Option<(S, Halt)>,
+    /// Whether anything reaches into a motion sphere.
+    is_beside: bool,
     /// Whether a piece ends so near to something that rounding could make it overlap.
     pub(crate) ends_near: bool,
 }
@@ -243,7 +253,7 @@ pub(crate) struct Around<S: Scalar> {
 impl<S: Scalar> Around<S> {
     pub(crate) fn new(slot: u32, radius: S, setting: &Setting<'_, S>) -> Self {
         let layers = if setting.is_layered { setting.objects.layers[slot as usize].0 } else { u32::MAX };
-        Self { layers, radius, first: None, ends_near: false }
+        Self { layers, radius, first: None, is_beside: false, ends_near: false }
     }
 
     /// Adds what a piece meets; `reach` is the radius of its motion sphere.
@@ -264,6 +274,7 @@ impl<S: Scalar> Around<S> {
     }
 
     fn meet_wall(&mut self, piece: &Piece<S>, to: S::Vector, wall: &Wall<S>, skin: S) {
+        self.is_beside = true;
         let reach = self.radius + skin + skin;
         let way = (piece.point, to);
         if is_box_clear(way, &wall.segment, reach) || is_line_clear(way, &wall.segment, reach) {
@@ -283,6 +294,7 @@ impl<S: Scalar> Around<S> {
     }
 
     fn meet_object(&mut self, piece: &Piece<S>, to: S::Vector, slot: u32, setting: &Setting<'_, S>) {
+        self.is_beside = true;
         let (state, intent) = setting.objects.of(slot);
         let window = Window { from: piece.since, to: piece.until, skin: setting.skin };
         let still = Piece::at_rest(state.start, piece.since, piece.until);
