@@ -72,8 +72,9 @@ pub(crate) fn exact(value: f64) -> Exact {
     Exact::try_from(value).expect("the numbers of a scene are finite")
 }
 
-/// The nearest double.
-pub(crate) fn rounded(value: &Exact) -> f64 {
+/// Returns the nearest double.
+#[must_use]
+pub fn rounded(value: &Exact) -> f64 {
     value.to_f64().value()
 }
 

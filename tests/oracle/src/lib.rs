@@ -12,14 +12,14 @@
 //! the cycle. Whole runs cannot be compared, since near ties make them part lawfully.
 //!
 //! ```
-//! use maniple_oracle::{Ending, Object, Obstacle, Scene, Stops, solve};
+//! use maniple_oracle::{Ending, Object, Obstacle, Scene, Stops, rounded, solve};
 //!
 //! let object = |x, speed| Object { center: [x, 0.0], velocity: [speed, 0.0], radius: 0.5, goal: None };
 //! let objects = vec![object(0.0, 1.0), object(2.0, -1.0)];
 //! let scene = Scene { objects, walls: Vec::new(), skin: 0.125, stops: Stops::Both };
 //! let solution = solve(&scene);
 //! assert_eq!(solution.outcomes[0].ending, Ending::Stopped(Obstacle::Object(1)));
-//! assert_eq!(solution.outcomes[0].time.to_f64().value(), 0.4375);
+//! assert_eq!(rounded(&solution.outcomes[0].time), 0.4375);
 //! ```
 
 mod exact;
@@ -28,7 +28,7 @@ mod scene;
 mod solve;
 mod track;
 
-pub use exact::{Exact, PRECISION, Vector};
+pub use exact::{Exact, PRECISION, Vector, rounded};
 pub use judge::{Actual, Verdict, judge};
 pub use scene::{Goal, Object, Obstacle, Scene, Stops, Wall};
 pub use solve::{Ending, Outcome, Solution, solve};

@@ -7,7 +7,8 @@ use maniple_geometry::limits::{RADIUS_MIN, SPEED_MIN};
 use maniple_geometry::{Circle, Limits, ObjectId};
 use maniple_kinematics::{Event, EventKind, Layers, Stops, WallKind, World};
 use maniple_oracle::{
-    Actual, Ending, Exact, Goal, Object, Obstacle, Outcome, Solution, Vector, Verdict, Wall, judge, solve,
+    Actual, Ending, Exact, Goal, Object, Obstacle, Outcome, Solution, Vector, Verdict, Wall, judge, rounded,
+    solve,
 };
 
 use super::scene::{Random, Scene};
@@ -133,7 +134,7 @@ fn collisions_at_one_time_stop_all_who_are_in_them() {
     let solution = solve(&asked(&cross, &[], 0.0));
     for outcome in &solution.outcomes {
         // The centres are 2 - 2 t from the middle and sqrt(2) times that from each other.
-        assert_eq!(outcome.time.to_f64().value(), 1.0 - 0.5f64.sqrt() / 2.0);
+        assert_eq!(rounded(&outcome.time), 1.0 - 0.5f64.sqrt() / 2.0);
         assert!(matches!(outcome.ending, Ending::Stopped(_)), "{outcome:?}");
     }
     assert_eq!(solution.margin, 0.0, "rounding may put any of them first");
@@ -162,6 +163,9 @@ fn who_is_within_two_skins_stops_at_once_if_it_would_come_nearer_and_else_goes_o
     for way in [(0.0, 1.0), (0.0, -1.0), (1.0, 0.0)] {
         assert_eq!(at(0.0, way), number(1.0));
     }
+    // Other solvers begin with overlaps.
+    assert_eq!(at(-0.5, (-1.0, 0.0)), number(0.0));
+    assert_eq!(at(-0.5, (1.0, 0.0)), number(1.0));
 }
 
 #[test]
@@ -185,6 +189,65 @@ fn the_judge_finds_what_was_missed_invented_and_passed_through() {
     let aside = asked(&pair[1..], &[], 0.0);
     let stopped = verdict(&aside, &[Actual { point: [2.0, 0.0], until: 0.0, is_stopped: true }]);
     assert_eq!((stopped.spurious, stopped.deviation_max), (vec![0], 0.0));
+}
+
+#[test]
+fn the_judge_has_nothing_against_the_oracle_and_finds_all_that_ignoring_collisions_misses() {
+    for seed in 0..10 {
+        let mut scene = gathering(&mut Random(seed), 100);
+        simplify(&mut scene);
+        let asked = Run::new(&scene).given().asked();
+        let solution = solve(&asked);
+        let stops = |outcome: &Outcome| matches!(outcome.ending, Ending::Stopped(_));
+        let own = |outcome: &Outcome| Actual {
+            point: outcome.point.to_f64(),
+            until: rounded(&outcome.time),
+            is_stopped: stops(outcome),
+        };
+        let own: Vec<Actual> = solution.outcomes.iter().map(own).collect();
+        let fair = judge(&asked, &solution, &own, asked.skin);
+        assert!(fair.deviation_max <= ROUNDING * asked.skin, "seed {seed}: {fair:?}");
+        let expected = Verdict {
+            deviation_mean: fair.deviation_mean,
+            deviation_max: fair.deviation_max,
+            ..Verdict::default()
+        };
+        assert_eq!(fair, expected, "seed {seed}");
+        let free = |object: &Object| {
+            let [(x, v), (y, w)] = [0, 1].map(|axis| (object.center[axis], object.velocity[axis]));
+            let point = object.goal.map_or([x + v, y + w], |goal| goal.point);
+            Actual { point, until: object.goal.map_or(1.0, |goal| goal.time), is_stopped: false }
+        };
+        let free: Vec<Actual> = asked.objects.iter().map(free).collect();
+        let blind = judge(&asked, &solution, &free, asked.skin);
+        let stopped: Vec<usize> = (0..)
+            .zip(&solution.outcomes)
+            .filter(|(_, outcome)| stops(outcome))
+            .map(|(place, _)| place)
+            .collect();
+        assert_eq!((&blind.missed, blind.spurious.len()), (&stopped, 0), "seed {seed}");
+        assert!(!blind.tunnelled.is_empty() && !blind.overlapping.is_empty(), "seed {seed}: {blind:?}");
+        assert!(
+            blind.deepest >= blind.deepest_at_end && blind.deepest_at_end > 0.0,
+            "seed {seed}: {blind:?}"
+        );
+    }
+}
+
+#[test]
+fn the_oracle_says_the_same_whatever_the_order_of_the_objects() {
+    for seed in 0..10 {
+        let mut scene = gathering(&mut Random(seed), 100);
+        simplify(&mut scene);
+        let asked = Run::new(&scene).given().asked();
+        let objects = asked.objects.iter().rev().copied().collect();
+        let reversed = solve(&maniple_oracle::Scene { objects, ..asked.clone() });
+        let straight = solve(&asked);
+        assert_eq!(straight.margin, reversed.margin, "seed {seed}");
+        for (one, other) in straight.outcomes.iter().zip(reversed.outcomes.iter().rev()) {
+            assert_eq!((&one.time, &one.point, one.leverage), (&other.time, &other.point, other.leverage));
+        }
+    }
 }
 
 /// What the oracle is asked about circles at `center` with `velocity` and `radius`, and walls from one point to another.
@@ -219,7 +282,7 @@ fn number(value: f64) -> Exact {
 
 /// Checks that a stop is at a fraction of the cycle and at a point, to 200 bits.
 fn assert_near(outcome: &Outcome, (part, whole): (i32, i32), point: [f64; 2]) {
-    let is_tiny = |difference: Exact| difference.to_f64().value().abs() < 2f64.powi(-200);
+    let is_tiny = |difference: Exact| rounded(&difference).abs() < 2f64.powi(-200);
     assert!(is_tiny(&outcome.time - Exact::from(part) / Exact::from(whole)), "{}", outcome.time);
     let expected = Vector::new(point);
     assert!(is_tiny(&outcome.point.x - expected.x) && is_tiny(&outcome.point.y - expected.y), "{outcome:?}");
@@ -321,10 +384,7 @@ impl<'a> Run<'a> {
 
     fn check(mut self, name: &str, seen: &mut Seen) {
         for _ in 0..self.scene.cycles {
-            self.scene.give(&mut self.world);
-            for order in self.scene.orders.iter().filter(|order| order.cycle == self.world.cycle().0) {
-                self.legs.insert(ObjectId(order.id), order.legs[0]);
-            }
+            self = self.given();
             let asked = self.asked();
             let solution = solve(&asked);
             let context = format!("{name}, cycle {}, margin {:e}", self.world.cycle(), solution.margin);
@@ -349,6 +409,15 @@ impl<'a> Run<'a> {
                 self.legs.remove(&event.object);
             }
         }
+    }
+
+    /// Gives the objects the orders of the present cycle.
+    fn given(mut self) -> Self {
+        self.scene.give(&mut self.world);
+        for order in self.scene.orders.iter().filter(|order| order.cycle == self.world.cycle().0) {
+            self.legs.insert(ObjectId(order.id), order.legs[0]);
+        }
+        self
     }
 
     /// The state at the start of the cycle.
@@ -403,7 +472,7 @@ impl<'a> Run<'a> {
             assert_eq!(ending, expected, "{context}, object {id}: {outcome:?}");
             let center = self.world.circle(id).unwrap().center;
             let [dx, dy] = [&outcome.point.x - number(center.x), &outcome.point.y - number(center.y)]
-                .map(|difference| difference.to_f64().value());
+                .map(|difference| rounded(&difference));
             let allowed = self.world.skin() * (ROUNDING + ERROR * outcome.leverage);
             let deviation = dx.hypot(dy) / allowed;
             assert!(deviation <= 1.0, "{context}, object {id}: {deviation} of what is allowed, {outcome:?}");
