@@ -97,7 +97,7 @@ fn taken(center: [f64; 2], radius: f64, actual: &Actual) -> Track {
     let (start, rest, end) = (Vector::new(center), Vector::new(actual.point), exact(actual.until));
     let velocity =
         if end.is_zero() { Vector::new([0.0; 2]) } else { rest.minus(&start).times(&(Exact::ONE / &end)) };
-    Track { radius: exact(radius), start, velocity, end, rest, leverage: 0.0 }
+    Track { radius: exact(radius), start, velocity, end, rest, is_stopped: false, leverage: 0.0 }
 }
 
 /// How deep a pair penetrates, in world units: 0 or less where it does not.

@@ -15,8 +15,9 @@ const SIMULTANEOUS: f64 = 1.0 / (1u128 << 75) as f64 / (1u128 << 75) as f64;
 pub struct Solution {
     /// For each object.
     pub outcomes: Vec<Outcome>,
-    /// By how much all distances of the cycle may be off, in world units, before anything is decided otherwise: who
-    /// collides with whom, or in which order. Infinite where rounding has no say, since the numbers given decide it.
+    /// By how much all distances of the cycle and all places of stops may be off, in world units, before anything is
+    /// decided otherwise: who collides with whom, or in which order. Infinite where rounding has no say, since the numbers
+    /// given decide it.
     ///
     /// A solver that is off by more may part lawfully.
     pub margin: f64,
@@ -31,7 +32,7 @@ pub struct Outcome {
     pub time: Exact,
     /// Where its centre is at the end of the cycle, in world units.
     pub point: Vector,
-    /// How far its place is off if all distances are off by 1, to the first order: a graze turns a small error of the
+    /// How far its place is off along its way if all distances are off by 1, to the first order: a graze turns a small error of the
     /// distance into a large one of the time, and so does the stop of whoever it collides with. Zero where it did not
     /// collide.
     pub leverage: f64,
@@ -133,6 +134,7 @@ impl Cycle<'_> {
             track.rest = track.at(time);
             track.end = time.clone();
             let [x, y] = track.velocity.to_f64();
+            track.is_stopped = true;
             track.leverage = x.hypot(y) * hit.slack;
             self.stopped.insert(object, *other);
         }
@@ -204,7 +206,7 @@ impl Cycle<'_> {
                 let halted = |one, by| self.stopped.get(&one) == Some(&Obstacle::Object(by));
                 // Who was stopped by the other is off along its way, but not in the distance from that other.
                 let have_met = halted(object, other) || halted(other, object);
-                let error = if have_met { 1.0 } else { a.leverage + b.leverage };
+                let error = if have_met { 1.0 } else { a.error() + b.error() };
                 meet((a, b), &skin, since, error)
             }
             Obstacle::Wall(wall) => {

@@ -13,6 +13,7 @@ pub(crate) struct Track {
     pub(crate) end: Exact,
     /// Where it is from then on.
     pub(crate) rest: Vector,
+    pub(crate) is_stopped: bool,
     /// As [`crate::Outcome::leverage`].
     pub(crate) leverage: f64,
 }
@@ -25,12 +26,18 @@ impl Track {
             Some(goal) => (exact(goal.time), Vector::new(goal.point)),
             None => (Exact::ONE, start.plus(&velocity)),
         };
-        Self { radius: exact(object.radius), start, velocity, end, rest, leverage: 0.0 }
+        Self { radius: exact(object.radius), start, velocity, end, rest, is_stopped: false, leverage: 0.0 }
     }
 
     /// Returns where the centre is at a time.
     pub(crate) fn at(&self, time: &Exact) -> Vector {
         if *time >= self.end { self.rest.clone() } else { self.start.plus(&self.velocity.times(time)) }
+    }
+
+    /// Returns how far the place of somebody who was stopped is off if all distances and places are off by 1. In the middle of
+    /// a cycle every solver has to round a place, even at a time that is exact.
+    pub(crate) fn error(&self) -> f64 {
+        if self.is_stopped && !self.end.is_zero() { 1.0 + self.leverage } else { self.leverage }
     }
 
     /// Returns whether the object moves from a time on.
