@@ -55,6 +55,19 @@ fn nothing_in_the_core_depends_on_the_shell() {
 }
 
 #[test]
+fn the_oracle_shares_nothing_with_what_it_judges() {
+    let judged = |folder: &str| folder.starts_with("crates/core/");
+    for (folder, manifest) in manifests() {
+        let (name, tables) = (name_of(&manifest), ["dependencies", "dev-dependencies"]);
+        for package in tables.iter().flat_map(|table| names(&manifest, table)) {
+            assert!(!judged(&folder) || package != "maniple-oracle", "{name} depends on the oracle");
+            assert!(name != "oracle" || !package.starts_with("maniple-"), "the oracle depends on {package}");
+        }
+    }
+    assert!(manifested().contains_key("oracle"));
+}
+
+#[test]
 fn a_bot_cannot_reach_the_world() {
     let crates = manifested();
     let mut reached: BTreeSet<String> = BTreeSet::new();
@@ -213,12 +226,15 @@ fn packages_of_tests(name: &str) -> BTreeSet<String> {
 /// Returns the folder and the manifest of each crate.
 fn manifests() -> Vec<(String, toml::Table)> {
     let mut found = Vec::new();
-    for part in ["crates/core", "crates/shell"] {
-        for folder in entries(part) {
-            let Ok(text) = std::fs::read_to_string(folder.join("Cargo.toml")) else { continue };
-            let name = folder.file_name().expect("a name").to_string_lossy().into_owned();
-            found.push((format!("{part}/{name}"), text.parse().expect("a manifest is TOML")));
-        }
+    let crates = ["crates/core", "crates/shell"].into_iter().flat_map(|part| {
+        let name = |folder: &PathBuf| folder.file_name().expect("a name").to_string_lossy().into_owned();
+        entries(part).into_iter().map(move |folder| format!("{part}/{}", name(&folder)))
+    });
+    // Other folders of the tests are workspaces of their own.
+    for folder in crates.chain(["tests/oracle".to_owned()]) {
+        let manifest = Path::new(ROOT).join(&folder).join("Cargo.toml");
+        let Ok(text) = std::fs::read_to_string(manifest) else { continue };
+        found.push((folder, text.parse().expect("a manifest is TOML")));
     }
     found
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use glam::DVec2;
 use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId, Segment};
-use maniple_kinematics::{Event, Layers, Leg, Placement, Stops, Wall, WallKind, World};
+use maniple_kinematics::{Event, InsertError, Layers, Leg, Placement, Stops, Wall, WallKind, World};
 
 /// A deterministic stream of random numbers for tests (SplitMix64, Steele, Lea and Flood 2014).
 pub(crate) struct Random(pub(crate) u64);
@@ -281,8 +281,14 @@ impl Scene {
             let mut center = from + way * (f64::from(id) / 12.0) + normal * (side * radius);
             // The last bits away from the wall, until it no longer overlaps.
             let mut world = scene.world();
-            while world.insert(ObjectId(id), Circle::new(center, radius), Layers::GROUND).is_err() {
+            let insert = |world: &mut World, center| {
+                world.insert(ObjectId(id), Circle::new(center, radius), Layers::GROUND)
+            };
+            while let Err(InsertError::OverlapsWall { .. }) = insert(&mut world, center) {
                 center += normal * (side * 1e-14 * random.between(0.0, 8.0));
+            }
+            if world.len() == scene.objects.len() {
+                continue; // On a short wall, another object is in the way.
             }
             scene.objects.push((id, center, radius, 1));
             let goal = center + along * random.between(1.0, 10.0);
