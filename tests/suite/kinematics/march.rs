@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 use maniple_geometry::{Circle, Limits, ObjectId, Segment};
-use maniple_kinematics::{Layers, Leg, Placement, Stops, Wall, WallKind, World};
+use maniple_kinematics::{Layers, Leg, Placement, Settings, Stops, Wall, WallKind, World};
 
 /// Radius of everybody, in world units.
 const RADIUS: f64 = 0.4;
@@ -46,7 +46,7 @@ impl Field {
         seed: u64,
         is_ground: impl Fn(DVec2) -> bool,
     ) -> Vec<(u32, DVec2)> {
-        let mut world = self.world();
+        let mut world = self.world(Settings::exact(Stops::Both));
         let mut places = Vec::new();
         for attempt in 0.. {
             let id = u32::try_from(places.len()).expect("few objects");
@@ -64,16 +64,21 @@ impl Field {
         places
     }
 
-    fn world(&self) -> World {
+    fn world(&self, settings: Settings) -> World {
         let limits = Limits::new(self.size.max_element(), RADIUS, 1.0).expect("the field has a size");
-        World::new(limits, Stops::Both, &self.walls).expect("the walls are in the field")
+        World::new(limits, settings, &self.walls).expect("the walls are in the field")
     }
 }
 
 impl March {
     /// The march from places on, in which objects are inserted in the order of the list.
     pub(crate) fn new(field: &Field, places: &[(u32, DVec2)], seed: u64) -> Self {
-        let mut world = field.world();
+        Self::under(Settings::exact(Stops::Both), field, places, seed)
+    }
+
+    /// As [`March::new`], under other settings.
+    pub(crate) fn under(settings: Settings, field: &Field, places: &[(u32, DVec2)], seed: u64) -> Self {
+        let mut world = field.world(settings);
         world.reserve(places.len());
         for &(id, center) in places {
             world.insert(ObjectId(id), Circle::new(center, RADIUS), Layers::GROUND).expect("a free place");
@@ -101,10 +106,11 @@ impl March {
         }
     }
 
-    /// Simulates a cycle.
-    pub(crate) fn step(&mut self) {
+    /// Simulates a cycle; returns how much happened.
+    pub(crate) fn step(&mut self) -> usize {
         let events = self.world.step();
         self.stopped.extend(events.iter().filter(|event| event.rests).map(|event| event.object));
+        events.len()
     }
 }
 

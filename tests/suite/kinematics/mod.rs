@@ -7,6 +7,7 @@ mod march;
 mod oracle;
 mod promises;
 mod scene;
+mod settings;
 mod threads;
 mod twin;
 mod uneven;

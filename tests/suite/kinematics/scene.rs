@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use glam::DVec2;
 use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId, Segment};
-use maniple_kinematics::{Event, InsertError, Layers, Leg, Placement, Stops, Wall, WallKind, World};
+use maniple_kinematics::{
+    Event, InsertError, Layers, Leg, Placement, Settings, Stops, Wall, WallKind, World,
+};
 
 /// A deterministic stream of random numbers for tests (SplitMix64, Steele, Lea and Flood 2014).
 pub(crate) struct Random(pub(crate) u64);
@@ -115,7 +117,12 @@ impl Scene {
 
     /// The world of the scene at cycle 0, its objects inserted in the order of the list.
     pub(crate) fn world(&self) -> World {
-        let mut world = World::new(self.limits, self.stops, &self.walls).unwrap();
+        self.world_under(Settings::exact(self.stops))
+    }
+
+    /// As [`Scene::world`], under other settings than the exact ones.
+    pub(crate) fn world_under(&self, settings: Settings) -> World {
+        let mut world = World::new(self.limits, settings, &self.walls).unwrap();
         for &(id, center, radius, layers) in &self.objects {
             world
                 .insert(ObjectId(id), Circle::new(center, radius), Layers(layers))

@@ -83,7 +83,7 @@ impl<S: Scalar> Straight<S> {
 #[inline]
 #[must_use]
 pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Option<S> {
-    let glance = glance(a, b, skin);
+    let glance = glance(a, b, (skin, skin));
     let enters =
         if glance.is_sure { glance.time < S::INFINITY } else { enters_exactly_straight(a, b, S::ZERO) };
     let (d, w) = (b.point - a.point, b.velocity - a.velocity);
@@ -125,11 +125,11 @@ impl<S: Scalar> Couples<S> {
 
     /// Returns the [`glance`] at each pair.
     #[inline]
-    pub fn glance(&self, skin: S, glances: &mut [Glance<S>; COUPLES]) {
+    pub fn glance(&self, skins: (S, S), glances: &mut [Glance<S>; COUPLES]) {
         let mut times = [S::ZERO; COUPLES];
         let mut flags = [0u64; COUPLES];
         for place in 0..COUPLES {
-            let glance = glance(&self.ones.at(place), &self.others.at(place), skin);
+            let glance = glance(&self.ones.at(place), &self.others.at(place), skins);
             times[place] = glance.time;
             flags[place] = u64::from(glance.is_sure) | u64::from(glance.ends_near) << 1;
         }
@@ -171,14 +171,15 @@ pub struct Glance<S: Scalar = f64> {
     pub time: S,
     /// Whether that is certain. If not, [`straight_contact`] has to be asked.
     pub is_sure: bool,
-    /// Whether they are less than two skins from touching at the end of the cycle, or nearer, if both go on so long.
+    /// Whether less than the margin is between them at the end of the cycle, if both go on so long.
     pub ends_near: bool,
 }
 
 /// As [`straight_contact`], as far as rounded numbers tell, and without a branch: in a crowd nobody can guess who collides.
+/// `margin`, in world units, says what is near.
 #[inline]
 #[must_use]
-pub fn glance<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Glance<S> {
+pub fn glance<S: Scalar>(a: &Straight<S>, b: &Straight<S>, (skin, margin): (S, S)) -> Glance<S> {
     let (d, w) = (b.point - a.point, b.velocity - a.velocity);
     let encounter = Encounter::new(
         b.point.to_dvec2() - a.point.to_dvec2(),
@@ -189,7 +190,7 @@ pub fn glance<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Glance<S>
     let verdict = encounter.verdict(1.0);
     let reach = a.radius + b.radius + skin;
     let time = bounded(entry(d, w, (reach, skin)), S::ONE);
-    let (end, near) = (d + w, reach + skin);
+    let (end, near) = (d + w, a.radius + b.radius + margin);
     Glance {
         time: if verdict.enters { time } else { S::INFINITY },
         is_sure: verdict.enters | verdict.stays_away,
@@ -386,17 +387,7 @@ fn crosses<S: Scalar>(piece: &Piece<S>, segment: &Segment<S>, window: Window<S>)
 /// Whether the distance to the segment falls at the start: asked of a circle that a rounded turn has put an ulp too
 /// near, which must be free to go away. The distance is convex, so what does not fall at the start never does.
 fn is_approaching<S: Scalar>(start: S::Vector, velocity: S::Vector, segment: &Segment<S>) -> bool {
-    let e = segment.direction();
-    let q = start - segment.start;
-    let (foot, square) = (e.dot(q), e.dot(e));
-    let nearest = if foot <= S::ZERO {
-        segment.start
-    } else if foot >= square {
-        segment.end
-    } else {
-        segment.start + e * (foot / square)
-    };
-    (nearest - start).dot(velocity) > S::ZERO
+    (segment.nearest(start) - start).dot(velocity) > S::ZERO
 }
 
 fn offset<S: Scalar>(a: &Piece<S>, b: &Piece<S>, time: S) -> S::Vector {

@@ -28,6 +28,20 @@ impl<S: Scalar> Segment<S> {
         self.end - self.start
     }
 
+    /// Returns the point of the segment that is nearest to another, rounded.
+    #[must_use]
+    pub fn nearest(&self, point: S::Vector) -> S::Vector {
+        let (e, q) = (self.direction(), point - self.start);
+        let (foot, square) = (e.dot(q), e.dot(e));
+        if foot <= S::ZERO {
+            self.start
+        } else if foot >= square {
+            self.end
+        } else {
+            self.start + e * (foot / square)
+        }
+    }
+
     /// Returns the length in world units.
     #[must_use]
     pub fn length(&self) -> S {

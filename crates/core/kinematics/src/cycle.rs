@@ -255,7 +255,7 @@ impl<S: Scalar> World<S> {
             walls: &self.walls,
             bands: &self.bands,
             skin: self.skin,
-            stops: self.stops,
+            settings: self.settings,
             is_layered: self.is_layered,
         }
     }

@@ -12,8 +12,8 @@ use crate::objects::Objects;
 use crate::resting::Resting;
 use crate::room::keep_room;
 use crate::runner::{Halt, straight};
-use crate::solve::Stops;
-use crate::wall::{Wall, WallKind};
+use crate::settings::{Method, Settings};
+use crate::wall::Wall;
 use crate::walls::Walls;
 
 /// Two spheres that intersect, as nodes: numbers among those of all bands.
@@ -31,9 +31,16 @@ pub(crate) struct Setting<'a, S: Scalar> {
     pub(crate) walls: &'a Walls<S>,
     pub(crate) bands: &'a Bands<S>,
     pub(crate) skin: S,
-    pub(crate) stops: Stops,
+    pub(crate) settings: Settings,
     /// Whether there are objects or walls that share no layer.
     pub(crate) is_layered: bool,
+}
+
+impl<S: Scalar> Setting<'_, S> {
+    /// Whether collisions are only looked for now and then, and not predicted.
+    pub(crate) fn is_stepped(&self) -> bool {
+        matches!(self.settings.method, Method::Stepped { .. })
+    }
 }
 
 /// A collision of an object with something at rest.
@@ -51,11 +58,12 @@ pub(crate) struct Graph<S: Scalar> {
     pub(crate) edges: Vec<Edge>,
     /// For each pair when it collides; infinity if it does not.
     pub(crate) times: Vec<S>,
-    /// Pairs that do not collide but have to be looked at: they end near each other, or one of them turns.
+    /// Pairs that are not known to collide but have to be looked at: they end near each other, one of them turns, or nothing
+    /// is predicted.
     pub(crate) close: Vec<Edge>,
     /// The first collision of each object that goes straight with anything at rest.
     pub(crate) fixed: Vec<FixedHit<S>>,
-    /// Objects that have to be looked at: they turn, or end near something at rest.
+    /// Objects that have to be looked at: they turn, end near something at rest, or nothing is predicted.
     pub(crate) watched: Vec<u32>,
     /// Objects with something at rest near their way, so that their end has to be certified beside it.
     pub(crate) beside: Vec<u32>,
@@ -128,7 +136,7 @@ impl<S: Scalar> Graph<S> {
             if setting.is_layered && !setting.objects.share_layer(first_tag.slot(), second_tag.slot()) {
                 continue;
             }
-            if first_tag.turns() || second_tag.turns() {
+            if first_tag.turns() || second_tag.turns() || setting.is_stepped() {
                 self.edges.push(edge);
                 self.times.push(S::INFINITY);
                 self.close.push(edge);
@@ -153,7 +161,7 @@ impl<S: Scalar> Graph<S> {
         setting: &Setting<'_, S>,
     ) {
         let mut glances = [Glance { time: S::INFINITY, is_sure: true, ends_near: false }; COUPLES];
-        couples.glance(setting.skin, &mut glances);
+        couples.glance((setting.skin, setting.objects.margin), &mut glances);
         for (&edge, Glance { mut time, is_sure, ends_near }) in edges.iter().zip(glances) {
             if !is_sure {
                 let [(first, a), (second, b)] = find_both(setting.bands, edge, band);
@@ -182,7 +190,7 @@ impl<S: Scalar> Graph<S> {
             let is_clear = is_empty && setting.walls.is_clear(center, f64::from(sphere.radius));
             self.beside[count] = node;
             count += usize::from(!is_clear | tag.turns());
-            if tag.turns() {
+            if tag.turns() || (setting.is_stepped() && !is_clear) {
                 self.watched.push(node);
             }
         }
@@ -203,7 +211,7 @@ impl<S: Scalar> Graph<S> {
                 let place = (node - this.base) as usize;
                 let (tag, Straight { point, velocity, radius }) = (this.tags[place], this.straights[place]);
                 self.beside[kept] = node;
-                if tag.turns() {
+                if tag.turns() || setting.is_stepped() {
                     kept += 1;
                     continue;
                 }
@@ -263,7 +271,7 @@ impl<S: Scalar> Around<S> {
         let center = (from.to_dvec2() + to.to_dvec2()) * 0.5;
         setting.walls.near(center, reach, |wall| {
             if wall.layers.0 & self.layers != 0 {
-                self.meet_wall(piece, to, wall, setting.skin);
+                self.meet_wall(piece, to, wall, (setting.skin, setting.objects.margin));
             }
         });
         setting.resting.near(center, reach, |slot| {
@@ -273,9 +281,9 @@ impl<S: Scalar> Around<S> {
         });
     }
 
-    fn meet_wall(&mut self, piece: &Piece<S>, to: S::Vector, wall: &Wall<S>, skin: S) {
+    fn meet_wall(&mut self, piece: &Piece<S>, to: S::Vector, wall: &Wall<S>, (skin, margin): (S, S)) {
         self.is_beside = true;
-        let reach = self.radius + skin + skin;
+        let reach = self.radius + margin;
         let way = (piece.point, to);
         if is_box_clear(way, &wall.segment, reach) || is_line_clear(way, &wall.segment, reach) {
             return;
@@ -283,11 +291,7 @@ impl<S: Scalar> Around<S> {
         let window = Window { from: piece.since, to: piece.until, skin };
         match segment_contact(Mover { piece, radius: self.radius }, &wall.segment, window) {
             Some(time) => {
-                let kind = match wall.kind {
-                    WallKind::Segment => EventKind::Segment,
-                    WallKind::Edge => EventKind::Edge,
-                };
-                self.add(time, Halt { kind, other: None });
+                self.add(time, Halt { kind: wall.kind.event(), other: None });
             }
             None => self.ends_near |= is_within(to, &wall.segment, reach),
         }
@@ -302,7 +306,7 @@ impl<S: Scalar> Around<S> {
         match circle_contact(movers.0, movers.1, window) {
             Some(time) => self.add(time, Halt { kind: EventKind::Object, other: Some(intent.id) }),
             None => {
-                let near = self.radius + state.radius + setting.skin + setting.skin;
+                let near = self.radius + state.radius + setting.objects.margin;
                 let between = state.start - to;
                 self.ends_near |= between.dot(between) < near * near;
             }

@@ -149,6 +149,11 @@ impl<S: Scalar> Runner<S> {
         }
     }
 
+    /// Returns where the object is at a time, rounded.
+    pub(crate) fn place(&self, time: S, arena: &[Stage<S>]) -> S::Vector {
+        if self.is_held && time >= self.end { self.last } else { self.position(time, arena) }
+    }
+
     /// Returns where the track is at a time, rounded.
     fn position(&self, time: S, arena: &[Stage<S>]) -> S::Vector {
         self.piece_at(time, arena).position(time)

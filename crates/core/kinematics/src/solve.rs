@@ -10,6 +10,7 @@ use crate::graph::{Around, Edge, Setting};
 use crate::outcome::Outcome;
 use crate::room::{component_room, make_room};
 use crate::runner::{Halt, Runner, Track};
+use crate::settings::Method;
 use crate::sphere::straight_reach;
 use crate::track::{Stage, add_stages};
 
@@ -40,7 +41,7 @@ pub(crate) struct Solver<S: Scalar> {
     links: Vec<u32>,
     link_starts: Vec<u32>,
     generation: Vec<u32>,
-    halts: Vec<(u32, Halt)>,
+    pub(crate) halts: Vec<(u32, Halt)>,
     /// Edges of the stopped to those who go on, each with who was stopped.
     loose: Vec<(u32, u32)>,
     /// Runners with something at rest near their way.
@@ -93,22 +94,32 @@ impl<S: Scalar> Solver<S> {
         self.agenda.make_room(3 * room);
     }
 
-    /// Stops whoever collides in a block, at the exact time, sees to it that the rounded result overlaps nowhere, and adds
-    /// what became of everybody to the outcome.
+    /// Stops whoever collides in a block, sees to it that the rounded result overlaps nowhere, and adds what became of
+    /// everybody to the outcome.
     pub(crate) fn solve(&mut self, components: &Components<S>, block: usize, setting: &Setting<'_, S>) {
         self.begin(components, block, setting);
+        match setting.settings.method {
+            Method::Event => self.take_events(setting),
+            Method::Stepped { substeps } => self.step_through(substeps, setting),
+        }
+        if setting.settings.certify {
+            self.certify(setting);
+        }
+        for &index in &self.touched {
+            self.outcome.add(&self.runners[index as usize], &self.arena, setting);
+        }
+    }
+
+    /// Stops whoever collides, earliest first.
+    fn take_events(&mut self, setting: &Setting<'_, S>) {
         self.generation.clear();
         // Every generation stops at least one object for the rest of the cycle or drops a hit between two that
         // have both come to rest, so there are no more than objects and hits.
         while let Some(time) = self.agenda.take_first(&mut self.generation) {
-            self.find_halts(setting.stops, time);
+            self.find_halts(setting.settings.stops, time);
             self.stop_all(time);
             self.predict_anew(time, setting.skin);
             self.generation.clear();
-        }
-        self.certify(setting);
-        for &index in &self.touched {
-            self.outcome.add(&self.runners[index as usize], &self.arena, setting);
         }
     }
 
@@ -163,7 +174,7 @@ impl<S: Scalar> Solver<S> {
         let times = edges.iter().map(|edge| edge.1).chain(fixed.iter().map(|hit| hit.time));
         self.agenda.begin(times.chain(std::iter::repeat_n(S::INFINITY, turning)));
         self.link();
-        if turning > 0 {
+        if turning > 0 && !setting.is_stepped() {
             self.predict_turning(setting);
         }
     }
@@ -282,7 +293,7 @@ impl<S: Scalar> Solver<S> {
     }
 
     /// Stops those of a generation, each for the reason that comes first.
-    fn stop_all(&mut self, time: S) {
+    pub(crate) fn stop_all(&mut self, time: S) {
         if self.halts.len() > 2 {
             self.halts.sort_unstable_by_key(|halt| halt.0);
             self.halts.dedup_by(|next, kept| {
@@ -366,7 +377,7 @@ impl<S: Scalar> Solver<S> {
     }
 }
 
-fn is_stopped_by<S: Scalar>(
+pub(crate) fn is_stopped_by<S: Scalar>(
     (runner, partner): (&Runner<S>, &Runner<S>),
     stops: Stops,
     time: S,

@@ -2,6 +2,8 @@
 
 use maniple_geometry::{Scalar, Segment};
 
+use crate::event::EventKind;
+
 /// The layers that an object or a wall is in, one bit each. Only what shares a layer can collide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Layers(pub u32);
@@ -26,6 +28,16 @@ pub enum WallKind {
     Segment,
     /// The edge of the world.
     Edge,
+}
+
+impl WallKind {
+    /// The event of being stopped by it.
+    pub(crate) fn event(self) -> EventKind {
+        match self {
+            Self::Segment => EventKind::Segment,
+            Self::Edge => EventKind::Edge,
+        }
+    }
 }
 
 /// The number of a wall in its world.

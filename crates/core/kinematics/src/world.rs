@@ -16,7 +16,8 @@ use crate::graph::Graph;
 use crate::objects::Objects;
 use crate::outcome::EventSorter;
 use crate::resting::Resting;
-use crate::solve::{Solver, Stops};
+use crate::settings::{Method, Settings};
+use crate::solve::Solver;
 use crate::state::{NO_QUEUE, Phase, State};
 use crate::wall::{Layers, Wall, WallId};
 use crate::walls::Walls;
@@ -31,7 +32,7 @@ const ACTIVE_A_THREAD_MIN: usize = 2048;
 pub struct World<S: Scalar = f64> {
     pub(crate) limits: Limits,
     pub(crate) skin: S,
-    pub(crate) stops: Stops,
+    pub(crate) settings: Settings,
     pub(crate) cycle: Cycle,
     pub(crate) digest: u64,
     pub(crate) objects: Objects<S>,
@@ -75,15 +76,24 @@ impl<S: Scalar> World<S> {
     ///
     /// # Errors
     /// A wall with a coordinate that is out of the limits, or without length.
-    pub fn new(limits: Limits, stops: Stops, walls: &[Wall<S>]) -> Result<Self, WallError> {
-        let skin: S = limits.skin();
+    ///
+    /// # Panics
+    /// With a skin that is negative or no number, or no substeps.
+    pub fn new(limits: Limits, settings: impl Into<Settings>, walls: &[Wall<S>]) -> Result<Self, WallError> {
+        let settings: Settings = settings.into();
+        assert!(settings.skin.is_none_or(|skin| skin >= 0.0 && skin.is_finite()), "a skin is a length");
+        assert!(settings.method != Method::Stepped { substeps: 0 }, "a cycle has at least one substep");
+        let needed: S = limits.skin();
+        let skin = settings.skin.map_or(needed, S::from_f64);
+        // Spheres have to take in the rounding, however thin the skin is.
+        let widest = skin.greater(needed);
         let mut world = Self {
             limits,
             skin,
-            stops,
+            settings,
             cycle: Cycle(0),
             digest: 0,
-            objects: Objects::new(skin + skin),
+            objects: Objects::new(widest + widest),
             walls: Walls::new(),
             resting: Resting::default(),
             is_layered: false,
