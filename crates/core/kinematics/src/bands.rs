@@ -38,6 +38,8 @@ pub(crate) struct Band<S: Scalar> {
     pub(crate) radius_max: f32,
     first_row: u32,
     rows: u32,
+    /// The number of the first sector among those of all bands.
+    first_sector: u32,
     /// The number of the first sphere among those of all bands.
     pub(crate) base: u32,
     /// For each sector where its spheres begin; one more for the end.
@@ -58,9 +60,30 @@ pub(crate) struct Span {
     pub(crate) to: u32,
 }
 
+/// The grids of a cycle.
+#[derive(Clone, Copy, Debug)]
+struct Levels {
+    /// Radius of the largest sphere.
+    largest: f32,
+    /// For each level that has spheres its squares, and the number of the first sector among those of all levels.
+    grids: [Option<(Squares, u32)>; LEVELS_MAX],
+}
+
+impl Levels {
+    /// Returns the number of the sector of a sphere, among those of all levels.
+    #[inline]
+    fn sector(&self, sphere: &MotionSphere) -> u32 {
+        let (squares, first) =
+            self.grids[level_of(sphere.radius, self.largest)].expect("the level has a sphere");
+        let place = squares.place(squares.row(f64::from(sphere.y)), squares.column(f64::from(sphere.x)));
+        first + u32::try_from(place).expect("sectors are numbered with 32 bits")
+    }
+}
+
 /// The spheres of a cycle, in sectors.
 #[derive(Clone, Debug)]
 pub(crate) struct Bands<S: Scalar> {
+    levels: Levels,
     pub(crate) bands: Vec<Band<S>>,
     /// How many of the bands are in use.
     used: usize,
@@ -70,7 +93,8 @@ pub(crate) struct Bands<S: Scalar> {
 
 impl<S: Scalar> Bands<S> {
     pub(crate) fn new() -> Self {
-        Self { bands: Vec::new(), used: 0, anchor: glam::DVec2::ZERO }
+        let levels = Levels { largest: 0.0, grids: [None; LEVELS_MAX] };
+        Self { levels, bands: Vec::new(), used: 0, anchor: glam::DVec2::ZERO }
     }
 
     /// Returns the bands of this cycle.
@@ -104,17 +128,16 @@ impl<S: Scalar> Bands<S> {
     /// Puts the spheres of all batches into sectors, for so many threads; `straight` tells what is kept beside a sphere.
     pub(crate) fn fill(
         &mut self,
-        batches: &[Batch<S>],
+        batches: &mut [Batch<S>],
         threads: usize,
         straight: impl Fn(Tag) -> Straight<S> + Sync,
     ) {
         self.lay_out(batches, threads);
+        let levels = &self.levels;
+        crate::cycle::each(batches, |batch| batch.find_sectors(|sphere| levels.sector(sphere)));
         let Self { bands, used, .. } = self;
-        let largest = bands[..*used]
-            .iter()
-            .fold(0.0, |largest, band| if band.radius_max > largest { band.radius_max } else { largest });
-        let levels = bands[..*used].last().map_or(0, |band| band.level + 1);
-        crate::cycle::each(&mut bands[..*used], |band| band.fill(batches, (largest, levels), &straight));
+        let batches = &*batches;
+        crate::cycle::each(&mut bands[..*used], |band| band.fill(batches, &straight));
         let mut base = 0;
         for band in &mut bands[..*used] {
             band.base = base;
@@ -134,7 +157,7 @@ impl<S: Scalar> Bands<S> {
             }
         }
         let mut levels = [(0usize, 0.0f32); LEVELS_MAX];
-        if radii.0 * LEVEL_STEP >= radii.1 {
+        if radii.0 * LEVEL_STEP > radii.1 {
             levels[0] = (batches.iter().map(|batch| batch.spheres.len()).sum(), radii.1);
         } else {
             for sphere in batches.iter().flat_map(|batch| &batch.spheres) {
@@ -145,10 +168,13 @@ impl<S: Scalar> Bands<S> {
                 }
             }
         }
+        self.levels = Levels { largest: radii.1, grids: [None; LEVELS_MAX] };
         self.used = 0;
+        let mut first_sector = 0;
         for (level, &(count, radius_max)) in levels.iter().enumerate().filter(|(_, level)| level.0 > 0) {
             let edge = 2.0 * f64::from(radius_max) * ROUNDING;
             let squares = Squares::new(edge, sectors_for(count));
+            self.levels.grids[level] = Some((squares, first_sector));
             let bands = if count < SPHERES_A_BAND_MIN { 1 } else { threads.min(squares.rows() as usize) };
             for band in 0..bands {
                 let row = |band: usize| {
@@ -161,8 +187,10 @@ impl<S: Scalar> Bands<S> {
                 let made = &mut self.bands[self.used];
                 (made.level, made.squares, made.radius_max) = (level, squares, radius_max);
                 (made.first_row, made.rows) = (first_row, end - first_row);
+                made.first_sector = first_sector + first_row * squares.columns();
                 self.used += 1;
             }
+            first_sector += squares.rows() * squares.columns();
         }
     }
 
@@ -241,6 +269,7 @@ impl<S: Scalar> Band<S> {
             radius_max: 0.0,
             first_row: 0,
             rows: 0,
+            first_sector: 0,
             base: 0,
             starts: Vec::new(),
             lanes: Lanes::default(),
@@ -249,19 +278,16 @@ impl<S: Scalar> Band<S> {
         }
     }
 
-    /// Counting sort of the spheres that belong here; where the order of magnitude decides, `largest` is that of all.
-    fn fill(
-        &mut self,
-        batches: &[Batch<S>],
-        (largest, levels): (f32, usize),
-        straight: &impl Fn(Tag) -> Straight<S>,
-    ) {
-        let sectors = (self.rows * self.squares.columns()) as usize;
+    /// Counting sort of the spheres that belong here.
+    fn fill(&mut self, batches: &[Batch<S>], straight: &impl Fn(Tag) -> Straight<S>) {
+        let sectors = self.rows * self.squares.columns();
+        let first = self.first_sector;
         self.starts.clear();
-        self.starts.resize(sectors + 2, 0);
-        for sphere in batches.iter().flat_map(|batch| &batch.spheres) {
-            if let Some(sector) = self.sector_here(sphere, largest, levels) {
-                self.starts[sector + 2] += 1;
+        self.starts.resize(sectors as usize + 2, 0);
+        for &sector in batches.iter().flat_map(|batch| &batch.sectors) {
+            let sector = sector.wrapping_sub(first);
+            if sector < sectors {
+                self.starts[sector as usize + 2] += 1;
             }
         }
         let mut sum = 0;
@@ -273,25 +299,17 @@ impl<S: Scalar> Band<S> {
         self.tags.resize(sum as usize, Tag::new(0, false));
         self.straights.resize(sum as usize, nobody());
         for batch in batches {
-            for (sphere, tag) in batch.tagged() {
-                if let Some(sector) = self.sector_here(sphere, largest, levels) {
-                    let place = self.starts[sector + 1] as usize;
-                    self.starts[sector + 1] += 1;
+            for ((sphere, tag), &sector) in batch.tagged().zip(&batch.sectors) {
+                let sector = sector.wrapping_sub(first);
+                if sector < sectors {
+                    let place = self.starts[sector as usize + 1] as usize;
+                    self.starts[sector as usize + 1] += 1;
                     self.lanes.set(place, sphere);
                     self.tags[place] = tag;
                     self.straights[place] = straight(tag);
                 }
             }
         }
-    }
-
-    #[inline]
-    fn sector_here(&self, sphere: &MotionSphere, largest: f32, levels: usize) -> Option<usize> {
-        if levels > 1 && level_of(sphere.radius, largest) != self.level {
-            return None;
-        }
-        let row = self.squares.row(f64::from(sphere.y)).wrapping_sub(self.first_row);
-        (row < self.rows).then(|| self.squares.place(row, self.squares.column(f64::from(sphere.x))))
     }
 
     fn sector(&self, row: u32, column: u32) -> usize {

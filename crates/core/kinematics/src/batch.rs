@@ -18,6 +18,8 @@ pub(crate) struct Batch<S: Scalar> {
     pub(crate) turning: Vec<u32>,
     /// For each slot the motion sphere of the cycle.
     pub(crate) spheres: Vec<MotionSphere>,
+    /// For each sphere the number of its sector.
+    pub(crate) sectors: Vec<u32>,
     /// Radius of the smallest and of the largest sphere.
     pub(crate) radii: (f32, f32),
     /// Slots that were dropped since their objects rest for the whole cycle.
@@ -43,6 +45,7 @@ impl<S: Scalar> Batch<S> {
             slots: Vec::new(),
             turning: Vec::new(),
             spheres: Vec::new(),
+            sectors: Vec::new(),
             radii: (f32::INFINITY, 0.0),
             settled: Vec::new(),
             vacated: Vec::new(),
@@ -103,6 +106,12 @@ impl<S: Scalar> Batch<S> {
         }
     }
 
+    /// Notes the sector of each sphere.
+    pub(crate) fn find_sectors(&mut self, sector: impl Fn(&MotionSphere) -> u32) {
+        self.sectors.clear();
+        self.sectors.extend(self.spheres.iter().map(sector));
+    }
+
     /// Returns the spheres with the tags of their objects.
     #[inline]
     pub(crate) fn tagged(&self) -> impl Iterator<Item = (&MotionSphere, Tag)> {
@@ -116,6 +125,7 @@ impl<S: Scalar> Batch<S> {
     pub(crate) fn bytes(&self) -> usize {
         let slots = self.slots.capacity()
             + self.turning.capacity()
+            + self.sectors.capacity()
             + self.settled.capacity()
             + self.vacated.capacity();
         size_of::<u32>() * slots

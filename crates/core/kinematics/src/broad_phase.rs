@@ -43,7 +43,7 @@ impl BroadPhase {
     /// Where there are more spheres than a `u32` can count.
     pub fn near_pairs(&mut self, spheres: &[Circle]) -> NearPairs {
         self.gather(spheres);
-        self.bands.fill(std::slice::from_ref(&self.batch), 1, |_| nobody());
+        self.bands.fill(std::slice::from_mut(&mut self.batch), 1, |_| nobody());
         let (bands, pairs) = (&self.bands, &mut self.pairs);
         let mut near = NearPairs::default();
         for (number, band) in bands.all().iter().enumerate() {

@@ -158,7 +158,8 @@ impl<S: Scalar> World<S> {
     /// Puts the motion spheres into sectors, each beside its object, so that no pair has to look for it elsewhere.
     fn fill_sectors(&mut self) {
         let (threads, cycle, objects) = (self.threads(), self.cycle, &self.objects);
-        self.bands.fill(&self.batches, threads, |tag| objects.states[tag.slot() as usize].straight(cycle));
+        self.bands
+            .fill(&mut self.batches, threads, |tag| objects.states[tag.slot() as usize].straight(cycle));
     }
 
     /// Makes the graph.

@@ -313,10 +313,10 @@ mod tests {
     #[test]
     fn every_pair_of_spheres_that_intersect_comes_up_once_with_vectors_of_any_width() {
         for (count, giants) in [(1, 0), (2, 0), (30, 0), (3000, 0), (30, 3), (3000, 20)] {
-            let batch = strewn(count, giants);
+            let mut batch = strewn(count, giants);
             for threads in [1, 3] {
                 let mut bands = Bands::new();
-                bands.fill(std::slice::from_ref(&batch), threads, |_| nobody());
+                bands.fill(std::slice::from_mut(&mut batch), threads, |_| nobody());
                 let levels: Vec<usize> = bands.levels().collect();
                 let (mut wide, mut plain) = (Pairs::default(), Pairs::default());
                 for band in 0..bands.all().len() {
