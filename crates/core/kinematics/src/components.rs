@@ -4,6 +4,7 @@ use maniple_geometry::Scalar;
 
 use crate::event::EventKind;
 use crate::graph::{Edge, FixedHit, Graph};
+use crate::room::keep_room;
 use crate::runner::Halt;
 
 /// Components are solved together in blocks of about so many nodes: few enough to stay in the nearest caches, enough that
@@ -275,6 +276,8 @@ impl<T: Copy> Grouped<T> {
         }
         self.items.clear();
         self.items.resize(sum as usize, filler);
+        keep_room(&mut self.starts);
+        keep_room(&mut self.items);
     }
 
     fn push(&mut self, group: u32, item: T) {

@@ -192,7 +192,6 @@ impl EventSorter {
         keep_room(&mut self.starts);
         keep_room(events);
         make_room(&mut self.spare, events.capacity());
-        make_room(&mut self.keys, events.capacity());
         std::mem::swap(events, &mut self.spare);
         events.clear();
         events.extend_from_slice(&self.spare);
@@ -221,6 +220,7 @@ impl EventSorter {
         self.keys.clear();
         self.keys.extend((0u32..).zip(&*events).map(|(place, event)| (key(event).0, key(event).1, place)));
         self.keys.sort_unstable();
+        keep_room(&mut self.keys);
         self.spare.clear();
         self.spare.extend_from_slice(events);
         for (event, key) in events.iter_mut().zip(&self.keys) {
