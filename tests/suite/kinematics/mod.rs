@@ -4,6 +4,7 @@ mod agreement;
 mod changes;
 mod maps;
 mod march;
+mod metamorphic;
 mod promises;
 mod scene;
 mod threads;
