@@ -2,6 +2,7 @@
 
 mod agreement;
 mod changes;
+mod extremes;
 mod maps;
 mod march;
 mod metamorphic;
