@@ -14,5 +14,6 @@ mod matches;
 mod network;
 mod predicates;
 mod protocol;
+mod rational;
 mod readme;
 mod simulate;

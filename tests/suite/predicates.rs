@@ -1,45 +1,15 @@
 //! The exact decisions of the geometry agree with rational arithmetic, where doubles cannot tell any more.
 
-use dashu_ratio::RBig;
 use glam::DVec2;
 use maniple_geometry::contact::{Mover, Window, circle_contact, is_advancing, segment_contact};
 use maniple_geometry::predicate::{circle_overlaps_segment, circles_overlap};
 use maniple_geometry::{Piece, Scalar, Segment};
 
 use crate::kinematics::Random;
+use crate::rational::{Exact, Rational, cross, number, square_distance};
 
 /// Questions of each class in the ordinary run; `MANIPLE_LONG=1` asks a hundred times as many.
 const QUESTIONS: u64 = 20_000;
-
-/// A point or vector without rounding.
-#[derive(Clone)]
-struct Exact(RBig, RBig);
-
-impl Exact {
-    fn of(vector: DVec2) -> Self {
-        Self(number(vector.x), number(vector.y))
-    }
-
-    fn minus(&self, other: &Self) -> Self {
-        Self(&self.0 - &other.0, &self.1 - &other.1)
-    }
-
-    fn plus(&self, other: &Self, factor: &RBig) -> Self {
-        Self(&self.0 + &other.0 * factor, &self.1 + &other.1 * factor)
-    }
-
-    fn dot(&self, other: &Self) -> RBig {
-        &self.0 * &other.0 + &self.1 * &other.1
-    }
-
-    fn cross(&self, other: &Self) -> RBig {
-        &self.0 * &other.1 - &self.1 * &other.0
-    }
-}
-
-fn number(value: f64) -> RBig {
-    RBig::try_from(value).expect("the number is finite")
-}
 
 /// Where a piece is at a time, without rounding.
 fn place(piece: &Piece, time: f64) -> Exact {
@@ -47,28 +17,6 @@ fn place(piece: &Piece, time: f64) -> Exact {
         Some(goal) if time >= piece.until => Exact::of(goal),
         _ => Exact::of(piece.point).plus(&Exact::of(piece.velocity), &(number(time) - number(piece.since))),
     }
-}
-
-/// The square of the distance from a point to the straight way between two points.
-fn square_distance(point: &Exact, from: &Exact, to: &Exact) -> RBig {
-    let (way, offset) = (to.minus(from), point.minus(from));
-    let (along, square) = (way.dot(&offset), way.dot(&way));
-    let part = if along <= RBig::ZERO || square == RBig::ZERO {
-        RBig::ZERO
-    } else if along >= square {
-        RBig::ONE
-    } else {
-        along / square
-    };
-    let gap = offset.minus(&Exact(&way.0 * &part, &way.1 * &part));
-    gap.dot(&gap)
-}
-
-/// Whether two straight ways have a point in common that is an end of neither.
-fn cross(a: &Exact, b: &Exact, c: &Exact, d: &Exact) -> bool {
-    let side = |from: &Exact, to: &Exact, point: &Exact| to.minus(from).cross(&point.minus(from));
-    let opposite = |one: RBig, other: RBig| one * other < RBig::ZERO;
-    opposite(side(a, b, c), side(a, b, d)) && opposite(side(c, d, a), side(c, d, b))
 }
 
 fn questions(class: &str) -> impl Iterator<Item = Random> {
@@ -176,11 +124,11 @@ fn circles_collide_exactly_when_they_come_nearer_than_touching() {
         let along = d.dot(&w);
         let nearest = -&along / w.dot(&w);
         let after = place(&b, to).minus(&place(&a, to));
-        let passes = nearest > RBig::ZERO && nearest < number(to) - number(from);
+        let passes = nearest > Rational::ZERO && nearest < number(to) - number(from);
         let least = if passes { d.dot(&d) + &along * nearest } else { after.dot(&after) };
         // A goal that was rounded away from its line only counts where the line approaches.
         let expected = (least < reach || after.dot(&after) < reach)
-            && along < RBig::ZERO
+            && along < Rational::ZERO
             && w.dot(&w) * &reach > d.cross(&w) * d.cross(&w);
         let window = Window { from, to, skin: 1e-7 };
         let found = circle_contact(Mover { piece: &a, radius: r }, Mover { piece: &b, radius: s }, window);
@@ -238,7 +186,7 @@ fn who_advances_is_decided_exactly() {
         let first = Piece { point: p, velocity: v, since: 0.0, until: 1.0, goal: None };
         let second = Piece::at_rest(q, 0.0, 1.0);
         let offset = place(&second, time).minus(&place(&first, time));
-        let expected = Exact::of(v).dot(&offset) > RBig::ZERO;
+        let expected = Exact::of(v).dot(&offset) > Rational::ZERO;
         assert_eq!(is_advancing(&first, &second, time), expected, "{first:?} {second:?} {time}");
         answers[usize::from(expected)] += 1;
     }

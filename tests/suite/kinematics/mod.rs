@@ -2,8 +2,10 @@
 
 mod agreement;
 mod changes;
+mod extremes;
 mod maps;
 mod march;
+mod metamorphic;
 mod oracle;
 mod promises;
 mod scene;

@@ -245,7 +245,9 @@ impl Passage {
         let (place, error) = (self.start.place(), self.start.error());
         let way = self.start.velocity * self.span;
         let e = self.ends.1 - self.ends.0;
-        let (before, after) = (place - self.ends.0, place + way - self.ends.0);
+        // Beside the segment, since its rounding there is that of the offset and not that of the world's coordinates.
+        let before = place - self.ends.0;
+        let after = before + way;
         let product_error = norm(e) * (error + 16.0 * U * (norm(before) + norm(way)));
         let square = e.dot(e);
         let feet = (e.dot(before), e.dot(after));
