@@ -28,8 +28,9 @@ Columns, the same in the table, as JSON and as CSV:
   bytes_per_cycle      for the points where the motions of a cycle start and where objects stop, and nothing else: two doubles
                        each, or, on a grid, two varints of the protocol that hold multiples of 2^-8 or 2^-12 (zigzag); the
                        other figures of such a row are about what a client sees
-  pareto               whether no other row of the scene costs as little, in ns and in bytes a point, and errs as little
-                       (deviation_mean), and is better in one of them
+  pareto               whether the row is on the front: no other row of the scene costs as little, in ns and in bytes a point,
+                       errs as little (deviation_mean, where below the skin of exact it counts as 0) and lets commands wait
+                       as little, and is better in one of them
 The oracle judges single cycles, each from the state in which the setting itself has come to it: whole runs part lawfully at
 the first near tie. How far they part is run_deviation: the mean distance of an object from where it is in the exact run.
 

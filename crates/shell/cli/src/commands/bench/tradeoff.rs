@@ -11,7 +11,7 @@ mod setting;
 use serde::Serialize;
 
 use crate::arguments::BenchTradeoff;
-use crate::commands::bench::tradeoff::advice::{advice, conclusion};
+use crate::commands::bench::tradeoff::advice::{advice, conclusions};
 use crate::commands::bench::tradeoff::arena::{Name, Source};
 use crate::commands::bench::tradeoff::measure::{Plan, measure};
 use crate::commands::bench::tradeoff::row::{Row, csv, mark_pareto};
@@ -47,7 +47,7 @@ pub(super) fn run(arguments: &BenchTradeoff) -> Result<(), Failure> {
         comparison.advice.extend(advice(&rows).into_iter().map(named));
         comparison.rows.append(&mut rows);
     }
-    comparison.advice.push(conclusion(&comparison.rows));
+    comparison.advice.extend(conclusions(&comparison.rows));
     if let Some(folder) = &arguments.out {
         files::write(&folder.join("tradeoff.csv"), csv(&comparison.rows).as_bytes())?;
         files::write(&folder.join("tradeoff.svg"), picture::svg(&comparison.rows).as_bytes())?;

@@ -13,10 +13,13 @@ const DEVIATION_SEEN: f64 = RADIUS / 100.0;
 /// Missing less than this share of the stops is seldom seen.
 const MISSED_SEEN: f64 = 0.01;
 
+/// The setting with which the others are compared.
+const EXACT: &str = "exact";
+
 /// Returns what the rows of one scene advise, a sentence for each question.
 pub(super) fn advice(rows: &[Row]) -> Vec<String> {
     let find = |label: &str| rows.iter().find(|row| row.setting == label);
-    let Some(exact) = find("exact") else { return Vec::new() };
+    let Some(exact) = find(EXACT) else { return Vec::new() };
     let mut sentences = Vec::new();
     if let (Some(single), Some(bare)) = (find("f32"), find("uncertified")) {
         sentences.push(format!(
@@ -45,20 +48,36 @@ pub(super) fn advice(rows: &[Row]) -> Vec<String> {
     sentences
 }
 
-/// Returns which settings are on the front in all scenes.
-pub(super) fn conclusion(rows: &[Row]) -> String {
+/// Returns what all scenes together advise.
+pub(super) fn conclusions(rows: &[Row]) -> Vec<String> {
     let mut labels: Vec<&str> = Vec::new();
     for row in rows {
-        let is_always = || rows.iter().filter(|other| other.setting == row.setting).all(|other| other.pareto);
-        if !labels.contains(&row.setting) && is_always() {
+        if !labels.contains(&row.setting) {
             labels.push(row.setting);
         }
     }
-    if labels.is_empty() {
-        "no setting is on the front in every scene: choose by the scene that is like yours".to_owned()
-    } else {
-        format!("on the front in every scene: {}", labels.join(", "))
-    }
+    let of = |label: &str| -> Vec<&Row> { rows.iter().filter(|row| row.setting == label).collect() };
+    let costs: Vec<String> = labels
+        .iter()
+        .filter(|label| **label != EXACT && of(label).iter().all(|row| row.positions == "exact"))
+        .map(|label| {
+            let (of_setting, exact) = (of(label), of(EXACT));
+            let logarithms = of_setting.iter().zip(&exact).map(|(row, exact)| ratio(row, exact).ln());
+            let cost = (logarithms.sum::<f64>() / of_setting.len() as f64).exp();
+            let worst = of_setting.iter().map(|row| row.missed).fold(0.0, f64::max);
+            format!("{label} {cost:.2} ({})", percent(worst))
+        })
+        .collect();
+    let front: Vec<&str> =
+        labels.iter().copied().filter(|label| of(label).iter().all(|row| row.pareto)).collect();
+    let front = if front.is_empty() { "none".to_owned() } else { front.join(", ") };
+    vec![
+        format!(
+            "all scenes: of the cost of exact (geometric mean), and the most that is missed of the stops: {}",
+            costs.join(", ")
+        ),
+        format!("all scenes: on the front in each: {front}"),
+    ]
 }
 
 fn of_single(exact: &Row, single: &Row) -> String {

@@ -15,7 +15,7 @@ use crate::failure::Failure;
 const JUDGED_OBJECTS_MAX: u32 = 400;
 
 /// Cycles that are judged, for each setting.
-const JUDGED_CYCLES: u32 = 6;
+const JUDGED_CYCLES: u32 = 16;
 
 /// One cycle of so many base cycles is judged; a multiple of the longest cycle.
 const JUDGED_EVERY: u32 = 8;
@@ -26,6 +26,9 @@ const WARM_UP: u32 = 16;
 /// Base cycles that a setting is timed at a stretch. All settings take turns, so that what else the machine does concerns
 /// them alike; a multiple of the longest cycle.
 const TURN: u32 = 8;
+
+/// Base cycles at the start of a turn that are not timed, since the objects are not in the caches yet: one longest cycle.
+const TURN_WARM_UP: u32 = 4;
 
 /// A scene and how it is measured.
 #[derive(Clone, Copy, Debug)]
@@ -63,8 +66,9 @@ pub(super) struct Timed {
     pub(super) cycles: u32,
     /// The median of a cycle, as a share of it for one base cycle.
     pub(super) cycle: Duration,
-    /// In the timed cycles.
-    pub(super) sent: Sent,
+    /// In a base cycle, on average.
+    pub(super) bytes: f64,
+    pub(super) bytes_per_point: f64,
 }
 
 fn time(arena: &Arena, turns: u32) -> Vec<Timed> {
@@ -79,9 +83,12 @@ fn time(arena: &Arena, turns: u32) -> Vec<Timed> {
     let mut times: Vec<Vec<Duration>> = vec![Vec::new(); runs.len()];
     for _ in 0..turns {
         for (place, (run, setting)) in runs.iter_mut().zip(&Setting::ALL).enumerate() {
-            for _ in 0..TURN / u32::from(setting.stretch) {
+            for base in (0..TURN_WARM_UP + TURN).step_by(usize::from(setting.stretch)) {
                 run.order();
-                times[place].push(run.step());
+                let took = run.step();
+                if base >= TURN_WARM_UP {
+                    times[place].push(took);
+                }
             }
         }
     }
@@ -90,14 +97,15 @@ fn time(arena: &Arena, turns: u32) -> Vec<Timed> {
         Setting::ALL.iter().position(|other| other.runs_like(setting)).expect("a setting is like itself")
     };
     let medians: Vec<Duration> = times.iter_mut().map(|times| median(times)).collect();
-    let timed = Setting::ALL.iter().enumerate().map(|(place, setting)| Timed {
-        objects: arena.objects(),
-        cycles: turns * TURN,
-        cycle: medians[like(setting)] / u32::from(setting.stretch),
-        sent: Sent {
-            points: runs[place].sent().points - before[place].points,
-            bytes: runs[place].sent().bytes - before[place].bytes,
-        },
+    let timed = Setting::ALL.iter().enumerate().map(|(place, setting)| {
+        let sent = runs[place].sent().since(before[place]);
+        Timed {
+            objects: arena.objects(),
+            cycles: turns * TURN,
+            cycle: medians[like(setting)] / u32::from(setting.stretch),
+            bytes: sent.bytes as f64 / f64::from(turns * (TURN_WARM_UP + TURN)),
+            bytes_per_point: sent.bytes as f64 / sent.points.max(1) as f64,
+        }
     });
     timed.collect()
 }

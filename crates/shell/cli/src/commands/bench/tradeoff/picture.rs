@@ -38,7 +38,7 @@ pub(super) fn svg(rows: &[Row]) -> String {
          <rect width=\"{width}\" height=\"{height}\" fill=\"white\"/>\n"
     );
     draw_head(&mut text);
-    let errors = rows.iter().map(|row| row.deviation_mean).filter(|&error| error > 0.0);
+    let errors = rows.iter().map(|row| row.error).filter(|&error| error > 0.0);
     let error_axis = Range::around(errors).whole_decades();
     for (place, rows) in panels.into_iter().enumerate() {
         let corner = (PANEL.0 * (place % COLUMNS) as f64, HEAD + PANEL.1 * (place / COLUMNS) as f64);
@@ -99,7 +99,7 @@ impl Kind {
 fn draw_head(text: &mut String) {
     *text += "<text x=\"16\" y=\"26\" font-size=\"17\">Error against cost, by scene and setting</text>\n\
               <text x=\"16\" y=\"46\" fill=\"#444\">across: ns an object and base cycle; upwards: mean distance from where the \
-              oracle says, in world units; both logarithmic</text>\n";
+              oracle says after a cycle, in world units (0: rounding); both logarithmic</text>\n";
     let mut x = 16.0;
     for kind in Kind::ALL {
         draw_mark(text, (x + 5.0, 64.0), kind, true);
@@ -188,7 +188,7 @@ impl Panel {
         let mut front: Vec<(f64, f64)> = rows
             .iter()
             .filter(|row| row.pareto && row.positions == "exact")
-            .map(|row| (self.x(row.ns_per_object_cycle), self.y(row.deviation_mean)))
+            .map(|row| (self.x(row.ns_per_object_cycle), self.y(row.error)))
             .collect();
         front.sort_by(|a, b| a.0.total_cmp(&b.0));
         let points: Vec<String> = front.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
@@ -198,7 +198,7 @@ impl Panel {
             points.join(" ")
         );
         let at: Vec<(f64, f64)> =
-            rows.iter().map(|row| (self.x(row.ns_per_object_cycle), self.y(row.deviation_mean))).collect();
+            rows.iter().map(|row| (self.x(row.ns_per_object_cycle), self.y(row.error))).collect();
         let mut taken: Vec<Area> = at.iter().map(|&(x, y)| Area::mark(x, y)).collect();
         for (row, &point) in rows.iter().zip(&at) {
             let label = self.place(row.setting, point, &taken);

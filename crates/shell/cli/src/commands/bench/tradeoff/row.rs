@@ -29,6 +29,8 @@ pub(super) struct Row {
     pub(super) bytes_per_cycle: f64,
     pub(super) pareto: bool,
     pub(super) setting: &'static str,
+    /// The mean deviation, or 0 where it is rounding: below the smallest skin of the scene, which is that of the exact setting.
+    pub(super) error: f64,
     pub(super) bytes_per_point: f64,
     /// Stops that should not have been, as a share of all objects.
     pub(super) spurious: f64,
@@ -61,10 +63,11 @@ impl Row {
             overlapping_share: of_objects(judged.overlapping),
             deviation_mean: judged.deviation_sum / judged.objects as f64,
             deviation_max: judged.deviation_max,
-            bytes_per_cycle: timed.sent.bytes as f64 / f64::from(timed.cycles),
+            bytes_per_cycle: timed.bytes,
             pareto: false,
             setting: setting.label,
-            bytes_per_point: share(timed.sent.bytes, timed.sent.points),
+            error: judged.deviation_sum / judged.objects as f64,
+            bytes_per_point: timed.bytes_per_point,
             spurious: of_objects(judged.spurious),
             run_deviation,
             timed_objects: timed.objects,
@@ -76,7 +79,7 @@ impl Row {
     }
 
     /// Returns the names and texts of the fields, in the order of the columns.
-    pub(super) fn fields(&self) -> [(&'static str, String); 26] {
+    pub(super) fn fields(&self) -> [(&'static str, String); 27] {
         let number = |value: f64| format!("{value:?}");
         [
             ("scene", self.scene.clone()),
@@ -97,6 +100,7 @@ impl Row {
             ("bytes_per_cycle", number(self.bytes_per_cycle)),
             ("pareto", self.pareto.to_string()),
             ("setting", self.setting.to_owned()),
+            ("error", number(self.error)),
             ("bytes_per_point", number(self.bytes_per_point)),
             ("spurious", number(self.spurious)),
             ("run_deviation", number(self.run_deviation)),
@@ -108,16 +112,21 @@ impl Row {
         ]
     }
 
-    /// Returns whether another row costs and errs no more, and is better in something.
+    /// Returns whether another row costs and errs no more, nor makes commands wait longer, and is better in something.
     fn is_beaten_by(&self, other: &Self) -> bool {
-        let of = |row: &Self| [row.ns_per_object_cycle, row.bytes_per_point, row.deviation_mean];
+        let of = |row: &Self| [row.ns_per_object_cycle, row.bytes_per_point, row.error, -row.rate];
         let (own, others) = (of(self), of(other));
         others.iter().zip(&own).all(|(other, own)| other <= own) && others != own
     }
 }
 
-/// Marks the rows of one scene that no other beats.
+/// Takes rounding out of the errors of the rows of one scene, and marks those that no other beats.
 pub(super) fn mark_pareto(rows: &mut [Row]) {
+    let skins = rows.iter().map(|row| row.skin).filter(|&skin| skin > 0.0);
+    let rounding = skins.fold(f64::INFINITY, f64::min);
+    for row in &mut *rows {
+        row.error = if row.deviation_mean <= rounding { 0.0 } else { row.deviation_mean };
+    }
     for place in 0..rows.len() {
         rows[place].pareto = !rows.iter().any(|other| rows[place].is_beaten_by(other));
     }

@@ -53,6 +53,11 @@ pub(super) struct Sent {
 }
 
 impl Sent {
+    /// Returns what was sent after `earlier`.
+    pub(super) fn since(self, earlier: Self) -> Self {
+        Self { points: self.points - earlier.points, bytes: self.bytes - earlier.bytes }
+    }
+
     fn add(&mut self, point: DVec2, positions: Positions) {
         self.points += 1;
         self.bytes += positions.bytes(point.x) + positions.bytes(point.y);
