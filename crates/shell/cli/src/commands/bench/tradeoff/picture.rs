@@ -187,7 +187,7 @@ impl Panel {
         self.draw_axes(rows, text);
         let mut front: Vec<(f64, f64)> = rows
             .iter()
-            .filter(|row| row.pareto && row.positions == "exact")
+            .filter(|row| row.pareto && row.positions == "exact" && row.rate == 1.0)
             .map(|row| (self.x(row.ns_per_object_cycle), self.y(row.error)))
             .collect();
         front.sort_by(|a, b| a.0.total_cmp(&b.0));
