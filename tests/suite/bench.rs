@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::commands::{fails, file, folder, json, run};
 
 /// The fields of a row of `bench scale` without a map.
-const FIELDS: [&str; 14] = [
+const FIELDS: [&str; 15] = [
     "objects",
     "density",
     "threads",
@@ -20,6 +20,7 @@ const FIELDS: [&str; 14] = [
     "hash",
     "walls",
     "resting",
+    "parts",
 ];
 
 fn scale(arguments: &[&str]) -> Vec<Value> {
