@@ -296,7 +296,9 @@ fn bench_tradeoff_writes_its_rows_as_csv_and_a_picture_with_a_mark_for_each() {
                 Value::Number(number) => assert_eq!(text.parse().ok(), number.as_f64(), "{name}"),
                 Value::String(word) => assert_eq!(text, word, "{name}"),
                 Value::Null => assert_eq!(*text, "", "{name}"),
-                other => assert_eq!(*text, other.to_string(), "{name}"),
+                other @ (Value::Bool(_) | Value::Array(_) | Value::Object(_)) => {
+                    assert_eq!(*text, other.to_string(), "{name}");
+                }
             }
         }
     }
