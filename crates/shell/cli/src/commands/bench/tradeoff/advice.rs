@@ -92,7 +92,9 @@ fn of_single(exact: &Row, single: &Row) -> String {
     let is_right = single.deviation_mean < DEVIATION_SEEN && single.missed < MISSED_SEEN;
     match (is_gain, is_right) {
         (true, true) => format!("f32 is worth it where that matters: {figures}"),
-        (false, true) => format!("f32 is not worth it, it gains next to nothing: {figures}"),
+        (false, true) => {
+            format!("f32 is not worth it at {:.2} times the cost: {figures}", ratio(single, exact))
+        }
         (true | false, false) => format!("f32 fails: {figures}"),
     }
 }
