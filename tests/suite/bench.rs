@@ -2,10 +2,10 @@
 
 use serde_json::Value;
 
-use crate::commands::{fails, json, run};
+use crate::commands::{fails, file, folder, json, run};
 
 /// The fields of a row of `bench scale` without a map.
-const FIELDS: [&str; 14] = [
+const FIELDS: [&str; 15] = [
     "objects",
     "density",
     "threads",
@@ -20,6 +20,7 @@ const FIELDS: [&str; 14] = [
     "hash",
     "walls",
     "resting",
+    "parts",
 ];
 
 fn scale(arguments: &[&str]) -> Vec<Value> {
@@ -170,4 +171,161 @@ fn what_bench_broad_cannot_do_is_a_usage_error_that_names_argument_and_limit() {
     check(&["--density", "NaN"], &["--density", "NaN", "0.01 to 0.4"]);
     check(&["--seed=-1"], &["--seed"]);
     check(&["--threads", "2"], &["--threads"]);
+}
+
+/// The columns of `bench tradeoff` that are promised, in their order.
+const TRADEOFF_FIELDS: [&str; 17] = [
+    "scene",
+    "scalar",
+    "solver",
+    "substeps",
+    "certify",
+    "skin",
+    "rate",
+    "positions",
+    "ns_per_object_cycle",
+    "missed",
+    "tunnelled",
+    "deepest",
+    "overlapping_share",
+    "deviation_mean",
+    "deviation_max",
+    "bytes_per_cycle",
+    "pareto",
+];
+
+/// What `bench tradeoff` says of a few objects.
+fn tradeoff(arguments: &[&str]) -> Value {
+    json(&[&["bench", "tradeoff", "--objects", "80", "--cycles", "8", "--json"], arguments].concat())
+}
+
+fn rows_of(value: &Value) -> &Vec<Value> {
+    value["rows"].as_array().expect("an array of rows")
+}
+
+fn number(row: &Value, field: &str) -> f64 {
+    row[field].as_f64().unwrap_or_else(|| panic!("{field} of {row}"))
+}
+
+#[test]
+fn bench_tradeoff_has_a_row_for_each_setting_and_the_exact_ones_are_right() {
+    let value = tradeoff(&["--scene", "crowd", "--scene", "choke", "--scene", "crowd"]);
+    let rows = rows_of(&value);
+    let scenes: Vec<&Value> = rows.iter().map(|row| &row["scene"]).collect();
+    assert_eq!(scenes, [["crowd"; 20], ["choke"; 20]].concat());
+    for row in rows {
+        assert!(TRADEOFF_FIELDS.iter().all(|field| row.get(field).is_some()), "{row}");
+        for field in ["missed", "tunnelled", "overlapping_share"] {
+            assert!((0.0..=1.0).contains(&number(row, field)), "{field} of {row}");
+        }
+        assert!(number(row, "ns_per_object_cycle") > 0.0 && number(row, "bytes_per_cycle") > 0.0, "{row}");
+        assert!(number(row, "judged_stops") > 10.0, "there is something to miss: {row}");
+        let is_exact = row["scalar"] == "f64"
+            && row["solver"] == "event"
+            && row["certify"] == true
+            && row["positions"] == "exact"
+            && number(row, "skin") < 1e-9;
+        if is_exact {
+            for field in ["missed", "tunnelled", "overlapping_share", "deepest", "error"] {
+                assert_eq!(row[field], 0.0, "{field} of {row}");
+            }
+        }
+    }
+    let find =
+        |setting: &str| rows.iter().find(|row| row["setting"] == setting).expect("a row of this setting");
+    assert!(number(find("k=1"), "missed") > 0.01, "{}", find("k=1"));
+    assert!(number(find("k=1"), "error") > number(find("k=16"), "error"));
+    assert_eq!(find("k=1 certified")["overlapping_share"], 0.0);
+    assert!(number(find("grid 2^-8"), "bytes_per_cycle") < number(find("exact"), "bytes_per_cycle"));
+    assert_eq!(number(find("exact"), "bytes_per_point"), 16.0);
+    assert_eq!(number(find("exact"), "run_deviation"), 0.0);
+    let advice: Vec<&str> =
+        value["advice"].as_array().expect("advice").iter().filter_map(Value::as_str).collect();
+    assert!(advice.iter().any(|line| line.starts_with("crowd: exact costs ")), "{advice:?}");
+    assert!(advice.iter().any(|line| line.starts_with("all scenes: ")), "{advice:?}");
+}
+
+#[test]
+fn a_row_is_on_the_front_if_no_other_of_its_scene_is_as_good_in_all_and_better_in_something() {
+    let value = tradeoff(&["--scene", "crowd"]);
+    let rows = rows_of(&value);
+    let worths: Vec<[f64; 4]> = rows
+        .iter()
+        .map(|row| {
+            let rate = -number(row, "rate");
+            [number(row, "ns_per_object_cycle"), number(row, "bytes_per_point"), number(row, "error"), rate]
+        })
+        .collect();
+    for (row, own) in rows.iter().zip(&worths) {
+        let beats = |other: &[f64; 4]| other != own && (0..4).all(|place| other[place] <= own[place]);
+        assert_eq!(row["pareto"], !worths.iter().any(beats), "{row}");
+        assert!(row["error"] == row["deviation_mean"] || row["error"] == 0.0, "{row}");
+    }
+    assert!(rows.iter().any(|row| row["pareto"] == true));
+}
+
+#[test]
+fn bench_tradeoff_judges_the_same_whenever_it_runs() {
+    let figures = |seed: &str| {
+        let value = tradeoff(&["--scene", "gathering", "--seed", seed]);
+        let fields = ["missed", "deepest", "deviation_mean", "bytes_per_cycle", "run_deviation"];
+        rows_of(&value).iter().flat_map(|row| fields.map(|field| row[field].clone())).collect::<Vec<_>>()
+    };
+    assert_eq!(figures("5"), figures("5"));
+    assert_ne!(figures("5"), figures("6"));
+}
+
+#[test]
+fn bench_tradeoff_writes_its_rows_as_csv_and_a_picture_with_a_mark_for_each() {
+    let out = folder("tradeoff").join("new/figures");
+    let map = "maps/choke.tmx";
+    let value = tradeoff(&["--scene", "far", "--scene", map, "--out", &out.display().to_string()]);
+    let rows = rows_of(&value);
+    assert_eq!((rows.len(), &rows[39]["scene"]), (40, &map.into()));
+    let csv = std::fs::read_to_string(out.join("tradeoff.csv")).expect("a table");
+    let mut lines = csv.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().expect("a line of names");
+    assert_eq!(names[..17], TRADEOFF_FIELDS);
+    assert_eq!(names.len(), rows[0].as_object().expect("a row").len());
+    let lines: Vec<_> = lines.collect();
+    assert_eq!(lines.len(), rows.len());
+    for (line, row) in lines.iter().zip(rows) {
+        assert_eq!(line.len(), names.len(), "{line:?}");
+        for (name, text) in names.iter().zip(line) {
+            match &row[*name] {
+                Value::Number(number) => assert_eq!(text.parse().ok(), number.as_f64(), "{name}"),
+                Value::String(word) => assert_eq!(text, word, "{name}"),
+                Value::Null => assert_eq!(*text, "", "{name}"),
+                other @ (Value::Bool(_) | Value::Array(_) | Value::Object(_)) => {
+                    assert_eq!(*text, other.to_string(), "{name}");
+                }
+            }
+        }
+    }
+    let svg = std::fs::read_to_string(out.join("tradeoff.svg")).expect("a picture");
+    assert!(svg.starts_with("<svg ") && svg.ends_with("</svg>\n"), "{svg}");
+    assert_eq!(svg.matches("<text").count(), svg.matches("</text>").count());
+    assert_eq!(svg.matches("<circle").count(), 6 + rows.len(), "six in the legend");
+    assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    for row in rows {
+        assert!(svg.contains(&format!(">{}</text>", row["setting"].as_str().expect("a name"))), "{row}");
+    }
+}
+
+#[test]
+fn what_bench_tradeoff_cannot_do_is_an_error_that_names_it() {
+    let check = |arguments: &[&str], code: i32, named: &[&str]| {
+        let error = fails(&[&["bench", "tradeoff"], arguments].concat(), code);
+        assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");
+    };
+    let names = ["--scene plain", "open", "crowd", "choke", "gathering", "fast", "far", "map"];
+    check(&["--scene", "plain"], 2, &names);
+    check(&["--scene", "README.md"], 2, &["--scene README.md", "gathering"]);
+    check(&["--scene", "no/such.map"], 3, &["no/such.map"]);
+    let folder = folder("tradeoff_refused");
+    let (map, plain) = (file(&folder, "odd.map", "type none\n"), file(&folder, "plain", ""));
+    check(&["--scene", &map], 3, &["odd.map"]);
+    check(&["--scene", "open", "--out", &plain], 1, &[&plain, "no folder"]);
+    check(&["--objects", "19"], 2, &["--objects", "20..=100000"]);
+    check(&["--cycles", "0"], 2, &["--cycles", "1..=100000"]);
 }

@@ -76,6 +76,7 @@ fn every_command_has_help_with_an_example() {
         "replay render",
         "bench",
         "bench scale",
+        "bench tradeoff",
     ] {
         let arguments: Vec<&str> = command.split(' ').chain(["--help"]).collect();
         let output = run(&arguments);

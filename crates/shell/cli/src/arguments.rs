@@ -14,6 +14,28 @@ const OBJECTS_MAX: i64 = 4_000_000;
 /// Shares of the area that circles may cover: random placing gets slow above, and cannot go beyond 0.547.
 const DENSITIES: RangeInclusive<f64> = 0.01..=0.4;
 
+/// What the figures of `bench tradeoff` are.
+const TRADEOFF_HELP: &str = "\
+Columns, the same in the table, as JSON and as CSV:
+  ns_per_object_cycle  median of the timed cycles, the step alone in one thread; where a cycle is longer (rate 0.5, 0.25),
+                       a share of it, so that rows compare; commands then wait up to two or four times as long
+  missed               share of the stops that should have been, and were not
+  tunnelled            share of the objects that went through something in a cycle, deeper than a hundredth of the radius
+  deepest              deepest penetration at any time, in world units
+  overlapping_share    share of the objects that overlap something at the end of a cycle, by whatever little
+  deviation_mean, deviation_max
+                       how far an object is from where the oracle says at the end of a cycle, in world units
+  bytes_per_cycle      for the points where the motions of a cycle start and where objects stop, and nothing else: two doubles
+                       each, or, on a grid, two varints of the protocol that hold multiples of 2^-8 or 2^-12 (zigzag); the
+                       other figures of such a row are about what a client sees
+  pareto               whether the row is on the front: no other row of the scene costs as little, in ns and in bytes a point,
+                       errs as little (deviation_mean, where below the skin of exact it counts as 0) and lets commands wait
+                       as little, and is better in one of them
+The oracle judges single cycles, each from the state in which the setting itself has come to it: whole runs part lawfully at
+the first near tie. How far they part is run_deviation: the mean distance of an object from where it is in the exact run.
+
+Example: maniple bench tradeoff --scene open --scene maps/choke.tmx --out figures";
+
 /// An authoritative real-time-strategy server with exact kinematics
 #[derive(Debug, Parser)]
 #[command(name = "maniple", version, arg_required_else_help = true)]
@@ -240,6 +262,12 @@ pub(crate) enum BenchCommand {
     /// Look for the pairs that may meet in a cycle by all pairs, bounding boxes, motion spheres and sectors, and time each
     #[command(after_help = "Example: maniple bench broad --objects 1000,10000 --density 0.05")]
     Broad(BenchBroad),
+    /// Play the same scenes under every setting, and compare what a cycle costs with how far it is from the truth
+    #[command(
+        after_help = "Example: maniple bench tradeoff --scene open --scene maps/choke.tmx --out figures",
+        after_long_help = TRADEOFF_HELP
+    )]
+    Tradeoff(BenchTradeoff),
 }
 
 #[derive(Debug, Args)]
@@ -317,6 +345,39 @@ pub(crate) struct BenchBroad {
     /// The seed of places, headings and speeds
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchTradeoff {
+    /// A scene by its name, or a map to march on (.tmx or .map); without it all that have a name: open, crowd, choke,
+    /// gathering, fast, far, map
+    #[arg(long = "scene", value_name = "NAME|FILE")]
+    pub(crate) scenes: Vec<String>,
+    /// How many circles march in the cycles that are timed, 20 to 100000; on a map at most as many as cover a quarter of
+    /// its ground. The oracle judges the same scene with at most 400
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 4_000,
+        value_parser = clap::value_parser!(u32).range(20..=100_000)
+    )]
+    pub(crate) objects: u32,
+    /// Cycles that are timed, behind those to warm up; rounded up to a multiple of 8
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 48,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
+    pub(crate) cycles: u32,
+    /// The seed of places, goals and speeds
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Write tradeoff.csv and tradeoff.svg into this folder, which is made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
 }

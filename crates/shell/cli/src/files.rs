@@ -48,6 +48,13 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     std::fs::write(path, bytes).with_context(|| path.display().to_string()).map_err(Failure::Failed)
 }
 
+/// Makes a folder, and those around it, where there is none yet.
+pub(crate) fn make_folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path)
+        .with_context(|| format!("{}: no folder can be made there", path.display()))
+        .map_err(Failure::Failed)
+}
+
 /// A file that is written bit by bit. Its errors name it.
 pub(crate) struct Output {
     path: PathBuf,

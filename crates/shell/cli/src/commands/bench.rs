@@ -3,6 +3,7 @@
 mod broad;
 mod march;
 mod scale;
+mod tradeoff;
 
 use std::time::Duration;
 
@@ -14,6 +15,7 @@ pub(crate) fn run(command: &BenchCommand) -> Result<(), Failure> {
     match command {
         BenchCommand::Scale(arguments) => scale::run(arguments),
         BenchCommand::Broad(arguments) => broad::run(arguments),
+        BenchCommand::Tradeoff(arguments) => tradeoff::run(arguments),
     }
 }
 

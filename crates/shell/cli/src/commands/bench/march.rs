@@ -76,13 +76,15 @@ pub(super) struct March<'a> {
 
 /// What a random number is for, so that no two are the same.
 #[derive(Clone, Copy, Debug)]
-enum Purpose {
+pub(super) enum Purpose {
     Tile,
     StartX,
     StartY,
     Speed,
     HeadingX,
     HeadingY,
+    GoalX,
+    GoalY,
 }
 
 impl Field {
@@ -117,14 +119,26 @@ impl Field {
         }
     }
 
+    /// Returns the field with more walls.
+    pub(super) fn walled(mut self, walls: &[Segment]) -> Self {
+        let wall = |&segment: &Segment| Wall { segment, kind: WallKind::Segment, layers: Layers::GROUND };
+        self.walls.extend(walls.iter().map(wall));
+        self
+    }
+
     /// Returns the field with nothing in it.
     pub(super) fn emptied(&self) -> Self {
         Self { walls: Vec::new(), ..self.clone() }
     }
 
-    /// Returns how many walls there are.
-    pub(super) fn walls(&self) -> usize {
-        self.walls.len()
+    /// Returns how large it is, in world units.
+    pub(super) fn size(&self) -> DVec2 {
+        self.size
+    }
+
+    /// Returns the walls.
+    pub(super) fn walls(&self) -> &[Wall] {
+        &self.walls
     }
 
     /// Returns how many circles cover the share `density` of the ground, rounded down.
@@ -212,6 +226,17 @@ impl Scene {
         u32::try_from(self.starts.len()).expect("there is an id for each")
     }
 
+    /// Returns the point on the rim of the field to which an object marches from `center`, and counts the draws.
+    pub(super) fn goal(&self, object: ObjectId, draws: &mut u64, center: DVec2) -> DVec2 {
+        loop {
+            let goal = self.field.goal(center, self.heading(object, *draws));
+            *draws += 1;
+            if goal.distance_squared(center) >= WAY_MIN * WAY_MIN {
+                return goal;
+            }
+        }
+    }
+
     fn heading(&self, object: ObjectId, draw: u64) -> DVec2 {
         // A point of the unit disc, drawn again while it is none: no angle, whose sine would be rounded differently on
         // other machines. Nearly four in five are one.
@@ -265,14 +290,7 @@ impl<'a> March<'a> {
     pub(super) fn order(&mut self) {
         for object in self.stopped.drain(..) {
             let center = self.world.circle(object).expect("nobody is taken out").center;
-            let draws = &mut self.draws[object.0 as usize];
-            let goal = loop {
-                let goal = self.scene.field.goal(center, self.scene.heading(object, *draws));
-                *draws += 1;
-                if goal.distance_squared(center) >= WAY_MIN * WAY_MIN {
-                    break goal;
-                }
-            };
+            let goal = self.scene.goal(object, &mut self.draws[object.0 as usize], center);
             let leg = Leg { goal, speed: self.scene.speed(object) };
             self.world.go(object, &[leg], Placement::Replace, None).expect("the goal is in the field");
         }
@@ -336,7 +354,7 @@ fn keyed(seed: u64, purpose: Purpose, parts: &[u64]) -> u64 {
 }
 
 /// Returns a random number in `0.0..1.0`: the upper 53 of the bits, as many as a double holds.
-fn unit(seed: u64, purpose: Purpose, parts: &[u64]) -> f64 {
+pub(super) fn unit(seed: u64, purpose: Purpose, parts: &[u64]) -> f64 {
     (keyed(seed, purpose, parts) >> 11) as f64 / (1u64 << 53) as f64
 }
 

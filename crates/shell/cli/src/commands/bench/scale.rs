@@ -164,7 +164,7 @@ fn measure(scene: &Scene, density: f64, threads: u32, arguments: &BenchScale) ->
         overlaps_found: figures.overlaps_found,
         bytes_per_object: figures.bytes as f64 / (f64::from(scene.objects()) + f64::from(scene.resting)),
         hash: figures.hash,
-        walls: scene.field.walls(),
+        walls: scene.field.walls().len(),
         resting: scene.resting,
         parts: figures
             .parts
