@@ -530,7 +530,7 @@ fn check_replay(outcome: &Outcome, expected: &MatchResult) {
     assert_eq!(replay.ended.as_ref(), Some(expected));
     let header = &replay.header;
     let files = maniple_server::files(header);
-    let again = load(&files, &header.scenario, header.map_override.as_deref(), Some(header.seed)).unwrap();
+    let again = load(&files, &header.scenario, &maniple_server::overrides(header)).unwrap();
     let mut referee = Referee::new(again, ClockMode::Lockstep).unwrap();
     for event in maniple_server::events(&replay) {
         referee.handle_record(&event).unwrap();
