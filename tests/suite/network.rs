@@ -60,23 +60,23 @@ async fn json_lines_play_the_same_match() {
 async fn on_a_grid_and_in_single_precision_every_client_mirrors_the_view_of_the_server() {
     let traded = "view = { positions = 'grid', grid_bits = 8 }\nkinematics = { scalar = 'f32' }";
     let loaded = loaded(&format!("{LOCKSTEP}\n{traded}"));
-    let bots = ["random", "straight"];
+    let bots = ["straight", "random"];
     let (expected, views) = headless(&loaded, bots);
     let on_grid = |x: f64| (x * 256.0).floor() == x * 256.0;
     for view in &views {
         assert!(view.objects().all(|(_, seen)| on_grid(seen.base.point.x) && on_grid(seen.base.point.y)));
     }
     let arena = Arena::open(&loaded, ClockMode::Lockstep);
-    let b = tokio::spawn(play_json(arena.raw().await, arena.tokens[1].clone(), bot(bots[1], 1)));
-    let mut bot = bot(bots[0], 0);
+    let a = tokio::spawn(play_json(arena.raw().await, arena.tokens[0].clone(), bot(bots[0], 0)));
+    let mut bot = bot(bots[1], 1);
     for last in [5, 23] {
-        let mut client = arena.client(0).await;
+        let mut client = arena.client(1).await;
         assert_eq!(client.rules().positions, Positions::Grid { bits: 8 });
         start(&mut *bot, &client);
         play_until(&mut client, &mut *bot, last).await;
     }
-    assert_eq!(play(arena.client(0).await, bot).await, (expected.clone(), views[0].clone()));
-    assert_eq!(b.await.unwrap(), (expected.clone(), views[1].clone()));
+    assert_eq!(play(arena.client(1).await, bot).await, (expected.clone(), views[1].clone()));
+    assert_eq!(a.await.unwrap(), (expected.clone(), views[0].clone()));
     check_replay(&arena.outcome().await, &expected);
 }
 
