@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use maniple_bots::{Bot, bot_seed, make};
 use maniple_client::{Client, Login};
-use maniple_game::{Files, Loaded, LoadedFile, load};
+use maniple_game::{Files, Loaded, LoadedFile, Overrides, load};
 use maniple_referee::Referee;
 use maniple_server::{Access, Match, RunError, Server};
 use maniple_view::{ClockMode, MatchResult, Seat};
@@ -107,7 +107,7 @@ pub(crate) fn loaded(clock: &str) -> Loaded {
     let map = format!("type octile\nheight 12\nwidth 24\nmap\n{}", "........................\n".repeat(12));
     let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
     let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
-    load(&files, "tiny.toml", None, None).unwrap()
+    load(&files, "tiny.toml", &Overrides::default()).unwrap()
 }
 
 pub(crate) fn bot(name: &str, seat: u16) -> Box<dyn Bot + Send> {

@@ -13,6 +13,7 @@ mod maps;
 mod matches;
 mod network;
 mod predicates;
+mod profile;
 mod protocol;
 mod rational;
 mod readme;

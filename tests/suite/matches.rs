@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use maniple_bots::{Bot, bot_seed, make};
-use maniple_game::{Files, Loaded, LoadedFile, Scenario, load};
+use maniple_game::{Files, Loaded, LoadedFile, Overrides, Scenario, load};
 use maniple_geometry::Cycle;
 use maniple_referee::{RecordedEvent, Referee};
 use maniple_tilemap::Resolver;
@@ -58,7 +58,7 @@ fn a_match_is_played_again_from_its_files_and_records_alone() {
         let loaded = shipped(path, Some(8));
         let files = loaded.files.clone();
         let played = play(loaded, &["straight", "random"]);
-        let again = load(&files, path, None, Some(8)).unwrap();
+        let again = load(&files, path, &Overrides { seed: Some(8), ..Overrides::default() }).unwrap();
         let mut referee = Referee::new(again, ClockMode::Realtime).unwrap();
         for record in &played.records {
             referee.handle_record(record).unwrap();
@@ -82,7 +82,7 @@ fn the_text_on_scenarios_has_an_example_that_loads_and_names_every_key() {
     let text = std::fs::read_to_string(Path::new(ROOT).join("docs/SCENARIOS.md")).unwrap();
     let example = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     Scenario::read("docs/SCENARIOS.md", example).unwrap();
-    let tables = ["[kinematics]", "[clock]", "[vision]", "[objective]", "[unit.scout]", "[[seat]]"];
+    let tables = ["[kinematics]", "[view]", "[clock]", "[vision]", "[objective]", "[unit.scout]", "[[seat]]"];
     let mut probes: Vec<String> =
         tables.iter().map(|table| example.replacen(table, &format!("{table}\nno_such_key = 1"), 1)).collect();
     probes.push(format!("no_such_key = 1\n{example}"));
@@ -326,7 +326,7 @@ impl Resolver for Disk {
 }
 
 pub(crate) fn shipped(path: &str, seed: Option<u64>) -> Loaded {
-    load(&Disk, path, None, seed).unwrap_or_else(|error| panic!("{error}"))
+    load(&Disk, path, &Overrides { seed, ..Overrides::default() }).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Returns a match of two seats with three scouts each and 160 cycles.
@@ -347,7 +347,7 @@ pub(crate) fn scouts(tables: &str, rows: &str, counts: &[usize]) -> Loaded {
     let map = format!("type octile\nheight {height}\nwidth {width}\nmap\n{rows}");
     let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
     let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
-    load(&files, "tiny.toml", None, None).unwrap()
+    load(&files, "tiny.toml", &Overrides::default()).unwrap()
 }
 
 /// Returns the rows of an open map, 24 by 24.

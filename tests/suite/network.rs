@@ -16,7 +16,7 @@ use maniple_protocol::{
 };
 use maniple_referee::{QUEUED_MAX, Referee};
 use maniple_server::{Access, Match, Server};
-use maniple_view::{ClockMode, Command, Handle, MatchResult, Seat, Sequenced, View};
+use maniple_view::{ClockMode, Command, Handle, MatchResult, Positions, Seat, Sequenced, View};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{TcpSocket, TcpStream};
 
@@ -54,6 +54,30 @@ async fn json_lines_play_the_same_match() {
         assert_eq!(player.await.unwrap(), (expected.clone(), view.clone()));
     }
     assert_eq!(arena.outcome().await.result, Some(expected));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn on_a_grid_and_in_single_precision_every_client_mirrors_the_view_of_the_server() {
+    let traded = "view = { positions = 'grid', grid_bits = 8 }\nkinematics = { scalar = 'f32' }";
+    let loaded = loaded(&format!("{LOCKSTEP}\n{traded}"));
+    let bots = ["straight", "random"];
+    let (expected, views) = headless(&loaded, bots);
+    let on_grid = |x: f64| (x * 256.0).floor() == x * 256.0;
+    for view in &views {
+        assert!(view.objects().all(|(_, seen)| on_grid(seen.base.point.x) && on_grid(seen.base.point.y)));
+    }
+    let arena = Arena::open(&loaded, ClockMode::Lockstep);
+    let a = tokio::spawn(play_json(arena.raw().await, arena.tokens[0].clone(), bot(bots[0], 0)));
+    let mut bot = bot(bots[1], 1);
+    for last in [5, 23] {
+        let mut client = arena.client(1).await;
+        assert_eq!(client.rules().positions, Positions::Grid { bits: 8 });
+        start(&mut *bot, &client);
+        play_until(&mut client, &mut *bot, last).await;
+    }
+    assert_eq!(play(arena.client(1).await, bot).await, (expected.clone(), views[1].clone()));
+    assert_eq!(a.await.unwrap(), (expected.clone(), views[0].clone()));
+    check_replay(&arena.outcome().await, &expected);
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -442,6 +466,7 @@ async fn play_json(
                 // The last answer may come after the end.
                 let _ = lines.write_all(answer.as_bytes()).await;
             }
+            ServerMessage::GridDelta(_) => panic!("JSON has doubles"),
             ServerMessage::Ended { result } => return (result, view),
             other @ (ServerMessage::Refused { .. } | ServerMessage::Pong { .. }) => panic!("{other:?}"),
         }
@@ -530,7 +555,7 @@ fn check_replay(outcome: &Outcome, expected: &MatchResult) {
     assert_eq!(replay.ended.as_ref(), Some(expected));
     let header = &replay.header;
     let files = maniple_server::files(header);
-    let again = load(&files, &header.scenario, header.map_override.as_deref(), Some(header.seed)).unwrap();
+    let again = load(&files, &header.scenario, &maniple_server::overrides(header)).unwrap();
     let mut referee = Referee::new(again, ClockMode::Lockstep).unwrap();
     for event in maniple_server::events(&replay) {
         referee.handle_record(&event).unwrap();

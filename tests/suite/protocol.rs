@@ -8,14 +8,16 @@ use std::path::PathBuf;
 use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, NAME_MAX,
-    PROTOCOL, REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader, ReplayWriter, ServerMessage,
-    TOKEN_DIGITS, Welcome, decode_client, decode_server, encode_client, encode_server, read_replay,
+    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, GridDelta, HELLO_MAX, Hello,
+    NAME_MAX, PROTOCOL, Pace, REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader, ReplayWriter,
+    ServerMessage, Spot, TOKEN_DIGITS, Welcome, decode_client, decode_server, encode_client, encode_server,
+    read_replay,
 };
 use maniple_view::{
     Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult, Delta, Digest,
-    EndReason, Handle, MatchResult, Moved, Objective, Outcome, Refusal, Rules, Score, Seat, Sequenced,
-    StopReason, Stopped, Stops, Terrain, UnitType, UnitTypeId, View, WAYPOINTS_MAX, Zone,
+    EndReason, Handle, MatchResult, Moved, Objective, Outcome, Positions, Profile, Refusal, Rules, Scalar,
+    Score, Seat, Sequenced, Solver, StopReason, Stopped, Stops, Terrain, UnitType, UnitTypeId, View,
+    WAYPOINTS_MAX, Zone,
 };
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -188,6 +190,7 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
     vec![
         ("welcome", ServerMessage::Welcome(welcome())),
         ("delta", ServerMessage::Delta(delta())),
+        ("grid_delta", ServerMessage::GridDelta(grid_delta())),
         ("delta_empty", ServerMessage::Delta(Delta { cycle: Cycle(1), ..Delta::default() })),
         ("pong", ServerMessage::Pong { id: 9, cycle: Cycle(65_535), fraction: 0.1 }),
         ("ended", ServerMessage::Ended { result: result() }),
@@ -225,6 +228,7 @@ fn welcome() -> Welcome {
             commands_a_cycle_max: 16_384,
             objective: Objective::Race { zones: vec![zone] },
             fog: true,
+            positions: Positions::Exact,
         },
         terrain: Terrain {
             width: 4,
@@ -232,6 +236,22 @@ fn welcome() -> Welcome {
             tiles: vec!["....".to_owned(), ".1@.".to_owned()],
             segments: vec![(2.0, 1.0, 1.0, 2.0), (3.0, 1.0, 2.0, 1.0)],
         },
+    }
+}
+
+/// A delta on a grid.
+fn grid_delta() -> GridDelta {
+    let spot = |x, y, ago, fraction| Spot { x, y, ago, fraction };
+    GridDelta {
+        cycle: Cycle(300),
+        appeared: vec![
+            (Handle(7), UnitTypeId(1), Seat(1), spot(12_345, -678, 0, 0), Pace { x: -300, y: 0 }, None),
+            (Handle(8), UnitTypeId(0), Seat(0), spot(0, 1, 300, 0), Pace { x: 0, y: 0 }, Some(2)),
+        ],
+        moved: vec![(Handle(3), spot(1 << 40, 63, 0, 0), Pace { x: 98_304, y: -1 })],
+        stopped: vec![(Handle(5), spot(64, -64, 1, 256), Some(StopReason::Segment))],
+        check: Digest(0x0123_4567_89ab_cdef),
+        ..GridDelta::default()
     }
 }
 
@@ -330,6 +350,14 @@ fn replay() -> (ReplayHeader, Vec<Record>) {
         map_override: None,
         seed: 42,
         cycles_max: 2400,
+        rate: 8.0,
+        profile: Profile {
+            scalar: Scalar::F32,
+            solver: Solver::Stepped { substeps: 4 },
+            certify: false,
+            skin: Some(0.01),
+            positions: Positions::Grid { bits: 10 },
+        },
         map_hash: Digest(0x0123_4567_89ab_cdef),
         seats: 2,
     };

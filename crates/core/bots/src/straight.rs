@@ -148,7 +148,7 @@ fn within(value: f64, end: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use maniple_view::{Appeared, Base, Stops, UnitType, UnitTypeId};
+    use maniple_view::{Appeared, Base, Positions, Stops, UnitType, UnitTypeId};
 
     use super::*;
 
@@ -213,6 +213,7 @@ mod tests {
                 zones: vec![Zone { seat: Seat(0), min: DVec2::new(16.0, 4.0), max: DVec2::new(18.0, 6.0) }],
             },
             fog: false,
+            positions: Positions::Exact,
         }
     }
 }

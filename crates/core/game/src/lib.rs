@@ -15,5 +15,5 @@ pub use keyed::{Purpose, keyed};
 pub use load::{FILES_MAX, Files, LoadError, Loaded, LoadedFile, load};
 pub use placement::{PlaceError, START_GAP, Setup, StartUnit};
 pub use rules::{Ending, Tally};
-pub use scenario::{Scenario, ScenarioError, Stall};
-pub use world::{World, WorldError};
+pub use scenario::{Overrides, Scenario, ScenarioError, Stall};
+pub use world::{Part, World, WorldError};

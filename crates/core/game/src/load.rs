@@ -9,7 +9,7 @@ use maniple_view::Terrain;
 use thiserror::Error;
 
 use crate::placement::{PlaceError, Setup};
-use crate::scenario::{Scenario, ScenarioError};
+use crate::scenario::{Overrides, Problem, Scenario, ScenarioError};
 
 /// Most files that a match is made of: the scenario, the map, and its tilesets.
 pub const FILES_MAX: usize = 64;
@@ -17,7 +17,7 @@ pub const FILES_MAX: usize = 64;
 /// The start of a match, and all that it was made of.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The scenario; its seed is the one that was asked for.
+    /// The scenario, with what was asked for instead.
     pub scenario: Arc<Scenario>,
     /// The map.
     pub map: Arc<TileMap>,
@@ -76,6 +76,14 @@ pub enum LoadError {
         /// Bytes before the first that is none.
         valid: usize,
     },
+    /// What is asked for instead of what the scenario says is wrong.
+    #[error("instead of what {path} says: {problem}")]
+    Override {
+        /// The file of the scenario.
+        path: String,
+        /// What is wrong.
+        problem: Problem,
+    },
     /// The scenario is wrong.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
@@ -101,27 +109,20 @@ pub enum LoadError {
 
 /// Returns the start of the match of a scenario.
 ///
-/// `files` gives the bytes for a path, from disk or from a replay. `map_override` is the path of another map than
-/// the scenario's, as `files` knows it; `seed` another seed.
+/// `files` gives the bytes for a path, from disk or from a replay.
 ///
 /// # Errors
 /// See [`LoadError`]; each names the file.
-pub fn load(
-    files: &dyn Resolver,
-    scenario_path: &str,
-    map_override: Option<&str>,
-    seed: Option<u64>,
-) -> Result<Loaded, LoadError> {
+pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) -> Result<Loaded, LoadError> {
     let recorder = Recorder { files, read: RefCell::default() };
     let text = String::from_utf8(recorder.read(scenario_path)?).map_err(|error| LoadError::NotText {
         path: scenario_path.to_owned(),
         valid: error.utf8_error().valid_up_to(),
     })?;
-    let mut scenario = Scenario::read(scenario_path, &text)?;
-    scenario.seed = seed.unwrap_or(scenario.seed);
-
-    let map_path = match map_override {
-        Some(path) => path.to_owned(),
+    overrides.check().map_err(|problem| LoadError::Override { path: scenario_path.to_owned(), problem })?;
+    let scenario = Scenario::read_with(scenario_path, &text, overrides)?;
+    let map_path = match &overrides.map {
+        Some(path) => path.clone(),
         None => joined(folder(scenario_path), &scenario.map),
     };
     let bytes = recorder.read(&map_path)?;
@@ -226,13 +227,20 @@ mod tests {
             "....\n....\n....\n....\n",
             "groups = [{ unit = 'a', count = 1 }]",
         );
-        let first = load(&files, "s/tiny.toml", None, Some(9)).unwrap();
+        let asked = Overrides {
+            seed: Some(9),
+            rate: Some(2.0),
+            scalar: Some(maniple_view::Scalar::F32),
+            ..Overrides::default()
+        };
+        let first = load(&files, "s/tiny.toml", &asked).unwrap();
         let paths: Vec<&str> = first.files.0.iter().map(|file| file.path.as_str()).collect();
         assert_eq!(paths, ["s/tiny.toml", "m/tiny.map"]);
-        let second = load(&first.files, "s/tiny.toml", None, Some(9)).unwrap();
+        let second = load(&first.files, "s/tiny.toml", &asked).unwrap();
         assert_eq!(first.setup, second.setup);
         assert_eq!(first.scenario, second.scenario);
-        assert_eq!(first.scenario.seed, 9);
+        assert_eq!((first.scenario.seed, first.scenario.rate), (9, 2.0));
+        assert_eq!(first.scenario.profile.scalar, maniple_view::Scalar::F32);
     }
 
     #[test]
@@ -243,7 +251,8 @@ mod tests {
             "groups = [{ unit = 'a', count = 1 }]",
         );
         let check = |path: &str, map: Option<&str>, expected: &str| {
-            let error = load(&files, path, map, None).unwrap_err().to_string();
+            let asked = Overrides { map: map.map(str::to_owned), ..Overrides::default() };
+            let error = load(&files, path, &asked).unwrap_err().to_string();
             assert!(error.starts_with(expected), "{error}");
         };
         check("none.toml", None, "none.toml: no such file");

@@ -322,7 +322,7 @@ impl Iterator for Rings {
 mod tests {
     use super::*;
     use crate::world::tests::files;
-    use crate::{Loaded, load};
+    use crate::{Loaded, Overrides, load};
 
     #[test]
     fn the_lattice_is_walked_outwards_and_each_point_once() {
@@ -386,7 +386,7 @@ mod tests {
     #[test]
     fn a_zone_at_the_border_is_cut() {
         let files = files("", &"....\n".repeat(4), "groups = [{ unit = 'a', count = 1 }]");
-        let map = load(&files, "s/tiny.toml", None, None).unwrap().map;
+        let map = load(&files, "s/tiny.toml", &Overrides::default()).unwrap().map;
         let area = square(&map, DVec2::new(0.5, 3.5), 4.0);
         assert_eq!((area.min, area.max), (DVec2::new(0.0, 1.5), DVec2::new(2.5, 4.0)));
     }
@@ -394,6 +394,7 @@ mod tests {
     /// Loads a match of two equal seats on a map of these rows.
     fn loaded(rows: &str, groups: &str) -> Result<Loaded, String> {
         let seats = format!("{groups}\n[[seat]]\n{groups}");
-        load(&files("", rows, &seats), "s/tiny.toml", None, None).map_err(|error| error.to_string())
+        load(&files("", rows, &seats), "s/tiny.toml", &Overrides::default())
+            .map_err(|error| error.to_string())
     }
 }

@@ -4,20 +4,27 @@ mod check;
 mod error;
 mod file;
 mod nearest;
+mod overrides;
+mod profile;
 
 use std::time::Duration;
 
 use maniple_geometry::Cycle;
-use maniple_view::{Stops, UnitType, UnitTypeId};
+use maniple_view::{Profile, Stops, UnitType, UnitTypeId};
 
 pub use error::{Problem, ScenarioError};
 pub use file::Stall;
+pub use overrides::Overrides;
 
 /// Longest text of a scenario, in bytes; a scenario of a thousand unit types is shorter.
 pub const SCENARIO_BYTES_MAX: usize = 1 << 20;
 
 /// Longest name of a scenario, unit type or bot, in bytes: it has to fit on one line.
 pub const NAME_BYTES_MAX: usize = 64;
+
+/// Smallest rate, in cycles a second: a cycle of a quarter of an hour. Every length and speed divided by it stays
+/// in range.
+pub const RATE_MIN: f64 = 1.0 / 1024.0;
 
 /// Most cycles a second: a cycle of a millisecond is the shortest that a real-time server can keep.
 pub const RATE_MAX: f64 = 1000.0;
@@ -76,6 +83,8 @@ pub struct Scenario {
     pub seed: u64,
     /// Who stops in a collision.
     pub stops: Stops,
+    /// What accuracy is traded with.
+    pub profile: Profile,
     /// How long a lock-step cycle waits.
     pub clock: Clock,
     /// What seats see; `None`: everything.
@@ -95,7 +104,16 @@ impl Scenario {
     /// A text that is not TOML, an unknown or missing key, a number out of range, a group of an unknown unit type:
     /// with file, line and column, and the nearest known name where there is one.
     pub fn read(name: &str, text: &str) -> Result<Self, ScenarioError> {
-        check::read(name, text)
+        Self::read_with(name, text, &Overrides::default())
+    }
+
+    /// As [`Scenario::read`], but with what is asked for instead of what `text` says. Speeds stay what they are a second,
+    /// whatever the rate.
+    ///
+    /// # Errors
+    /// As [`Scenario::read`]; the overrides have been checked.
+    pub(crate) fn read_with(name: &str, text: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        check::read(name, text, overrides)
     }
 }
 

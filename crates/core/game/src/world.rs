@@ -1,18 +1,19 @@
 //! The world of a match: kinematics, and what the scenario adds to it.
 
+mod field;
 mod order;
+mod part;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use maniple_geometry::limits::SPEED_MIN;
-use maniple_geometry::{Circle, Cycle, Limits, NumberError, ObjectId};
-use maniple_kinematics::{self as kinematics, EventKind, Layers, Wall, WallKind};
+use maniple_geometry::{Cycle, NumberError, ObjectId};
+use maniple_kinematics::{self as kinematics, EventKind};
 use maniple_tilemap::TileMap;
 use maniple_view::{
-    Base, COMMANDS_A_CYCLE_MAX, Command, Digest, Objective, Refusal, Rules, Seat, Sighting, Stop, Stops,
-    UnitType, UnitTypeId, WAYPOINTS_MAX,
+    COMMANDS_A_CYCLE_MAX, Command, Digest, Objective, Refusal, Rules, Seat, Sighting, Stop, UnitTypeId,
+    WAYPOINTS_MAX,
 };
 use thiserror::Error;
 use twox_hash::XxHash3_64;
@@ -22,9 +23,9 @@ use crate::placement::StartUnit;
 use crate::rules::{Ending, Race, Tally};
 use crate::scenario::Scenario;
 use crate::vision::{Visible, seen_by_each};
+use crate::world::field::{Field, LAYERS};
 
-/// The layers of every unit.
-const LAYERS: Layers = Layers::GROUND;
+pub use part::Part;
 
 /// Why a start is not one of a world.
 #[derive(Debug, Error)]
@@ -57,7 +58,7 @@ pub enum WorldError {
 pub struct World {
     map: Arc<TileMap>,
     scenario: Arc<Scenario>,
-    kinematics: kinematics::World,
+    kinematics: Field,
     /// By object number; a dead one keeps its place.
     objects: Vec<Object>,
     race: Race,
@@ -106,19 +107,7 @@ impl World {
     /// See [`WorldError`]: a map or scenario beyond what kinematics can work with.
     pub fn new(loaded: &Loaded) -> Result<Self, WorldError> {
         let scenario = &loaded.scenario;
-        let limits = limits(&loaded.map, &scenario.unit_types)?;
-        let stops = match scenario.stops {
-            Stops::Both => kinematics::Stops::Both,
-            Stops::Approaching => kinematics::Stops::Approaching,
-        };
-        let mut kinematics =
-            kinematics::World::new(limits, stops, &walls(&loaded.map)).map_err(WorldError::Wall)?;
-        for (object, unit) in (0..).map(ObjectId).zip(&loaded.setup.units) {
-            let radius = scenario.unit_types[usize::from(unit.unit_type.0)].radius;
-            let circle = Circle::new(unit.position, radius);
-            (kinematics.insert(object, circle, LAYERS))
-                .map_err(|problem| WorldError::Unit { object, problem })?;
-        }
+        let kinematics = Field::new(loaded)?;
         let objects: Vec<Object> = loaded.setup.units.iter().map(Object::new).collect();
         let race = Race::new(&loaded.setup.zones, objects.iter().map(|object| object.owner));
         let sight = match scenario.vision {
@@ -148,7 +137,10 @@ impl World {
                 fact(Fact::Lives, number, u32::from(object.owner.0) << 16 | u32::from(object.unit_type.0));
             world.sum = world.sum.wrapping_add(fact);
         }
-        world.look();
+        world.take_stock();
+        if let Sight::Fog { .. } = world.sight {
+            world.look();
+        }
         world.chain();
         Ok(world)
     }
@@ -199,10 +191,16 @@ impl World {
     /// # Panics
     /// After the match has ended.
     pub fn step(&mut self) {
+        self.step_by_parts(|_| {});
+    }
+
+    /// As [`World::step`], and says after each part of the work that it is done, so that a caller who has a clock can see
+    /// what a cycle spends its time on.
+    pub fn step_by_parts(&mut self, mut done: impl FnMut(Part)) {
         assert!(self.ending.is_none(), "a match that has ended goes on no more");
         let played = self.kinematics.cycle();
         self.stops.clear();
-        for event in self.kinematics.step() {
+        for event in self.kinematics.step_by_parts(|part| done(Part::Kinematics(part))) {
             if event.rests {
                 self.stops.insert(event.object, stop(event));
             }
@@ -210,9 +208,15 @@ impl World {
         assert_eq!(self.kinematics.cycle(), played.next(), "a step is one cycle");
         self.count_arrivals(played);
         self.bury();
-        self.look();
         self.ending = self.race.ending(self.kinematics.cycle(), self.scenario.cycles_max);
         self.chain();
+        done(Part::Rules);
+        self.take_stock();
+        done(Part::Sightings);
+        if let Sight::Fog { .. } = self.sight {
+            self.look();
+            done(Part::Vision);
+        }
     }
 
     /// Returns the cycle at whose start the world is; the next to be simulated.
@@ -285,38 +289,30 @@ impl World {
             commands_a_cycle_max: count(COMMANDS_A_CYCLE_MAX),
             objective: Objective::Race { zones: self.race.zones().to_vec() },
             fog: self.scenario.vision.is_some(),
+            positions: self.scenario.profile.positions,
         }
     }
 
-    /// Returns the kinematic world, for whoever measures it.
+    /// Returns the skin that follows from the limits of the world, in world units, whatever skin was asked for: what
+    /// rounding can do is a fixed part of it.
     #[must_use]
-    pub fn kinematics(&self) -> &kinematics::World {
-        &self.kinematics
+    pub fn skin_of_limits(&self) -> f64 {
+        self.kinematics.skin_of_limits()
     }
 
     fn alive(&self) -> impl Iterator<Item = (ObjectId, &Object)> {
         (0..).map(ObjectId).zip(&self.objects).filter(|(_, object)| object.is_alive)
     }
 
-    fn center(&self, object: ObjectId) -> glam::DVec2 {
-        self.kinematics.circle(object).expect("who is alive is in the world").center
-    }
-
     fn sighting(&self, object: ObjectId) -> Sighting {
         let known = &self.objects[object.0 as usize];
-        let motion = self.kinematics.motion(object).expect("who is alive is in the world");
-        let waypoints = self.kinematics.waypoints(object).expect("who is alive is in the world");
+        let (base, waypoints) = self.kinematics.base(object);
         Sighting {
             object,
             unit_type: known.unit_type,
             owner: known.owner,
             layers: LAYERS.0,
-            base: Base {
-                point: motion.start,
-                cycle: motion.from.cycle,
-                fraction: motion.from.fraction,
-                velocity: motion.velocity,
-            },
+            base,
             stop: self.stops.get(&object).copied(),
             queued: count(waypoints),
         }
@@ -327,7 +323,7 @@ impl World {
             if !known.is_alive || self.race.has_arrived(object) {
                 continue;
             }
-            let center = self.kinematics.circle(object).expect("who is alive is in the world").center;
+            let center = self.kinematics.center(object);
             if self.race.handle_position(played, object, known.owner, center) {
                 self.sum = self.sum.wrapping_add(fact(Fact::Arrived, object.0, played.0));
             }
@@ -347,19 +343,22 @@ impl World {
             object.is_alive = false;
             let lived = u32::from(object.owner.0) << 16 | u32::from(object.unit_type.0);
             self.sum = self.sum.wrapping_sub(fact(Fact::Lives, number, lived));
-            self.kinematics.remove(ObjectId(number)).expect("who is alive is in the world");
+            self.kinematics.remove(ObjectId(number));
             self.died.push(ObjectId(number));
         }
         self.leaving.clear();
     }
 
-    /// Takes stock of who is where, and under fog of who sees whom.
-    fn look(&mut self) {
+    /// Takes stock of who is where.
+    fn take_stock(&mut self) {
         let mut sightings = std::mem::take(&mut self.sightings);
         sightings.clear();
         sightings.extend(self.alive().map(|(object, _)| self.sighting(object)));
         self.sightings = sightings;
-        let Sight::Fog { .. } = self.sight else { return };
+    }
+
+    /// Takes stock of who sees whom, under fog.
+    fn look(&mut self) {
         let objects: Vec<Visible> = self
             .alive()
             .map(|(object, known)| {
@@ -367,7 +366,7 @@ impl World {
                 Visible {
                     object,
                     owner: known.owner,
-                    center: self.center(object),
+                    center: self.kinematics.center(object),
                     radius: unit_type.radius,
                     sight: unit_type.sight,
                 }
@@ -393,34 +392,6 @@ impl Object {
     fn new(unit: &StartUnit) -> Self {
         Self { owner: unit.seat, unit_type: unit.unit_type, is_alive: true }
     }
-}
-
-fn limits(map: &TileMap, unit_types: &[UnitType]) -> Result<Limits, WorldError> {
-    let mut radius_max = 0.0;
-    let mut speed_max = SPEED_MIN;
-    for unit_type in unit_types {
-        if unit_type.radius > radius_max {
-            radius_max = unit_type.radius;
-        }
-        if unit_type.speed > speed_max {
-            speed_max = unit_type.speed;
-        }
-    }
-    let coordinate_max = f64::from(map.width().max(map.height()));
-    Limits::new(coordinate_max, radius_max, speed_max)
-        .map_err(|(name, problem)| WorldError::Limits { name, problem })
-}
-
-fn walls(map: &TileMap) -> Vec<Wall> {
-    let (width, height) = (f64::from(map.width()), f64::from(map.height()));
-    let wall = |segment: maniple_geometry::Segment| {
-        let (start, end) = (segment.start, segment.end);
-        let is_edge = (start.x == end.x && (start.x == 0.0 || start.x == width))
-            || (start.y == end.y && (start.y == 0.0 || start.y == height));
-        let kind = if is_edge { WallKind::Edge } else { WallKind::Segment };
-        Wall { segment, kind, layers: LAYERS }
-    };
-    map.segments().into_iter().map(wall).collect()
 }
 
 fn stop(event: &kinematics::Event) -> Stop {

@@ -4,10 +4,11 @@ use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_view::{
     Appeared, Base, Changed, ClockMode, Command, CommandResult, Delta, Digest, EndReason, Handle,
-    MatchResult, Moved, Objective, Outcome, Refusal, Rules, Score, Seat, Sequenced, StopReason, Stopped,
-    Stops, Terrain, UnitType, UnitTypeId, Zone,
+    MatchResult, Moved, Objective, Outcome, Positions, Refusal, Rules, Score, Seat, Sequenced, StopReason,
+    Stopped, Stops, Terrain, UnitType, UnitTypeId, Zone,
 };
 
+use crate::grid::{GridDelta, Pace, Spot};
 use crate::message::{ClientMessage, Hello, ServerMessage, Welcome};
 use crate::refused::Refused;
 
@@ -114,11 +115,12 @@ impl Random {
     }
 
     pub(crate) fn server_message(&mut self) -> ServerMessage {
-        match self.below(5) {
+        match self.below(6) {
             0 => ServerMessage::Welcome(self.welcome()),
             1 => ServerMessage::Refused { reason: self.refused() },
             2 => ServerMessage::Delta(self.delta()),
             3 => ServerMessage::Pong { id: self.u32(), cycle: self.cycle(), fraction: self.double() },
+            4 => ServerMessage::GridDelta(self.grid_delta()),
             _ => ServerMessage::Ended { result: self.result() },
         }
     }
@@ -220,6 +222,7 @@ impl Random {
                     }),
                 },
                 fog: self.coin(),
+                positions: if self.coin() { Positions::Exact } else { Positions::Grid { bits: 9 } },
             },
             terrain: Terrain {
                 width: self.u32(),
@@ -231,7 +234,40 @@ impl Random {
         }
     }
 
-    fn delta(&mut self) -> Delta {
+    fn grid_delta(&mut self) -> GridDelta {
+        GridDelta {
+            cycle: self.cycle(),
+            appeared: self.list(|random| {
+                let queued = random.maybe(Self::u32);
+                (
+                    random.handle(),
+                    UnitTypeId(random.u16()),
+                    random.seat(),
+                    random.spot(),
+                    random.pace(),
+                    queued,
+                )
+            }),
+            moved: self.list(|random| (random.handle(), random.spot(), random.pace())),
+            stopped: self.list(|random| (random.handle(), random.spot(), random.maybe(Self::stop_reason))),
+            check: Digest(self.number()),
+            ..GridDelta::default()
+        }
+    }
+
+    fn spot(&mut self) -> Spot {
+        Spot { x: self.whole(), y: self.whole(), ago: self.u32(), fraction: self.u16() }
+    }
+
+    fn pace(&mut self) -> Pace {
+        Pace { x: self.whole(), y: self.whole() }
+    }
+
+    fn whole(&mut self) -> i64 {
+        self.sized().cast_signed()
+    }
+
+    pub(crate) fn delta(&mut self) -> Delta {
         Delta {
             cycle: self.cycle(),
             results: self.list(|random| CommandResult { seq: random.u32(), outcome: random.outcome() }),

@@ -232,7 +232,7 @@ mod tests {
             }
         };
         let malformed = |problem: &str| malformed("message 1".to_owned(), problem.to_owned());
-        check(|hello| hello.protocol = 2, Refused::Protocol { supported: PROTOCOL });
+        check(|hello| hello.protocol = PROTOCOL + 1, Refused::Protocol { supported: PROTOCOL });
         check(|hello| hello.protocol = 0, Refused::Protocol { supported: PROTOCOL });
         check(|hello| hello.player = "a".repeat(65), Refused::NameTooLong { limit: 64 });
         check(|hello| hello.client = "é".repeat(33), Refused::NameTooLong { limit: 64 });

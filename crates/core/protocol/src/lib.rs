@@ -7,6 +7,7 @@ mod arbitrary;
 mod codec;
 mod encoding;
 mod frame;
+mod grid;
 mod handshake;
 mod limits;
 mod message;
@@ -19,6 +20,7 @@ pub use encoding::{
     encode_commands, encode_server,
 };
 pub use frame::{FrameDecoder, FrameError};
+pub use grid::{GridDelta, GridError, Pace, Spot};
 pub use handshake::{Inbound, Input};
 pub use limits::{
     FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, TOKEN_DIGITS,

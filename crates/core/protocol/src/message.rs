@@ -4,11 +4,12 @@ use maniple_geometry::Cycle;
 use maniple_view::{ClockMode, Delta, Digest, MatchResult, Rules, Seat, Sequenced, Terrain};
 use serde::{Deserialize, Serialize};
 
+use crate::grid::GridDelta;
 use crate::refused::Refused;
 
 /// The version of the protocol. It rises with every change of a message, a field or their order, so that two
 /// programs with the same number understand each other, and others part at the handshake.
-pub const PROTOCOL: u32 = 1;
+pub const PROTOCOL: u32 = 2;
 
 /// What a client says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -77,6 +78,8 @@ pub enum ServerMessage {
         /// How.
         result: MatchResult,
     },
+    /// As [`ServerMessage::Delta`], in steps of the grid that the rules name; only on binary connections.
+    GridDelta(GridDelta),
 }
 
 /// All that a client needs to know before the first delta.

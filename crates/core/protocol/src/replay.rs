@@ -4,7 +4,7 @@
 //! holds the scenario and every file that it refers to. A journal is a replay that goes on.
 
 use maniple_geometry::Cycle;
-use maniple_view::{Digest, MatchResult, Seat, Sequenced};
+use maniple_view::{Digest, MatchResult, Profile, Seat, Sequenced};
 use serde::{Deserialize, Serialize};
 use twox_hash::XxHash3_64;
 
@@ -28,7 +28,7 @@ pub(crate) const LENGTH_SIZE: usize = 4;
 pub(crate) const CHECKSUM_SIZE: usize = 8;
 
 /// What a match started from.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReplayHeader {
     /// The [`crate::PROTOCOL`] whose types the records hold.
@@ -47,6 +47,10 @@ pub struct ReplayHeader {
     pub seed: u64,
     /// Cycles that the match lasts at most; the scenario's length, unless another was asked for.
     pub cycles_max: u32,
+    /// Cycles a second; the scenario's rate, unless another was asked for.
+    pub rate: f64,
+    /// What accuracy was traded with; the scenario's profile, with what was asked for instead.
+    pub profile: Profile,
     /// The hash of the map.
     pub map_hash: Digest,
     /// How many seats the match has.

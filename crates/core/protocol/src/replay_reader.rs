@@ -301,7 +301,7 @@ fn parse<T: DeserializeOwned>(body: &[u8], start: usize) -> Result<T, Fault> {
 
 #[cfg(test)]
 mod tests {
-    use maniple_view::Digest;
+    use maniple_view::{Digest, Profile};
 
     use super::*;
     use crate::arbitrary::Random;
@@ -471,6 +471,8 @@ mod tests {
             map_override: None,
             seed: 1 << 40,
             cycles_max: 900,
+            rate: 8.0,
+            profile: Profile::EXACT,
             map_hash: Digest(77),
             seats: 2,
         }

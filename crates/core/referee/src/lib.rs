@@ -5,10 +5,12 @@
 //! takes out what goes to the seats and into the replay (`take_*`).
 
 mod bank;
+mod part;
 mod record;
 mod referee;
 mod seat;
 
+pub use part::Part;
 pub use record::{RecordedEvent, ReplayError};
 pub use referee::Referee;
 pub use seat::{FloodError, JoinError, NAME_BYTES_MAX, QUEUED_MAX};

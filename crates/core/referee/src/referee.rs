@@ -9,10 +9,11 @@ use maniple_game::{Loaded, Stall, World, WorldError};
 use maniple_geometry::Cycle;
 use maniple_view::{
     COMMANDS_A_CYCLE_MAX, ClockMode, Command, CommandResult, Delta, Digest, Handle, MatchResult, Outcome,
-    Refusal, Rules, Score, Seat, Sequenced, Terrain, View,
+    Refusal, Rules, Score, Seat, Sequenced, Terrain, Tracker, View,
 };
 
 use crate::bank::Banks;
+use crate::part::Part;
 use crate::record::RecordedEvent;
 use crate::seat::{Batch, FloodError, JoinError, SeatState, check_name};
 
@@ -42,8 +43,9 @@ impl Referee {
         let scenario = &loaded.scenario;
         let cycle_length = Duration::from_secs_f64(1.0 / scenario.rate);
         let banks = Banks::new(scenario.seats.len(), scenario.clock.time_bank, cycle_length);
-        let skin = world.kinematics().skin();
-        let seats = (0..).map(|seat| SeatState::new(Seat(seat), skin)).take(scenario.seats.len()).collect();
+        let tracker = |seat| Tracker::new(seat, world.skin_of_limits(), scenario.profile.positions);
+        let seats =
+            (0..).map(Seat).map(|seat| SeatState::new(tracker(seat))).take(scenario.seats.len()).collect();
         let mut referee = Self { loaded, mode, world, seats, banks, records: Vec::new(), result: None };
         referee.tell(vec![Vec::new(); referee.seats.len()]);
         referee.record_hash();
@@ -139,6 +141,15 @@ impl Referee {
     /// # Panics
     /// After the match has ended, and if a delta or a record of the cycle before was not taken.
     pub fn step(&mut self) {
+        self.step_by_parts(|_| {});
+    }
+
+    /// As [`Referee::step`], and says after each part of the work that it is done, so that a caller who has a clock can
+    /// see what a cycle spends its time on.
+    ///
+    /// # Panics
+    /// As [`Referee::step`].
+    pub fn step_by_parts(&mut self, mut done: impl FnMut(Part)) {
         assert!(self.result.is_none(), "a match that has ended goes on no more");
         for state in &self.seats {
             assert!(state.delta.is_none() || !state.is_connected, "each delta is taken before the next step");
@@ -146,11 +157,14 @@ impl Referee {
         let is_hash = |record: &RecordedEvent| matches!(record, RecordedEvent::Hash { .. });
         assert!(!self.records.iter().any(is_hash), "the records are taken before the next step");
         let results = self.seats_all().map(|seat| self.apply(seat)).collect();
-        self.world.step();
+        done(Part::Commands);
+        self.world.step_by_parts(|part| done(Part::World(part)));
         self.banks.next_cycle();
         self.tell(results);
+        done(Part::Views);
         self.record_hash();
         self.conclude();
+        done(Part::Result);
     }
 
     /// Returns the delta of a seat since the last that was taken; the first, and the first after a join, is a

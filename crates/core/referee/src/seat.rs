@@ -1,7 +1,7 @@
 //! What the referee keeps for a seat.
 
 use maniple_geometry::Cycle;
-use maniple_view::{COMMANDS_A_CYCLE_MAX, Delta, Seat, Sequenced, Tracker};
+use maniple_view::{COMMANDS_A_CYCLE_MAX, Delta, Sequenced, Tracker};
 use thiserror::Error;
 
 /// Longest name of a player, in bytes: it has to fit on one line.
@@ -50,12 +50,12 @@ pub(crate) struct SeatState {
 }
 
 impl SeatState {
-    /// Returns the seat before anybody has come; `skin` is the world's, in world units.
-    pub(crate) fn new(seat: Seat, skin: f64) -> Self {
+    /// Returns the seat before anybody has come.
+    pub(crate) fn new(tracker: Tracker) -> Self {
         Self {
             name: String::new(),
             is_connected: false,
-            tracker: Tracker::new(seat, skin),
+            tracker,
             delta: None,
             batches: Vec::new(),
             queued: 0,

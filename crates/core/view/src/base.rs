@@ -14,6 +14,10 @@ use serde::{Deserialize, Serialize};
 /// sees them, and no rule depends on a view.
 pub const DEVIATION_SKINS_MAX: f64 = 4096.0;
 
+/// How far it may be at most, in world units, where skins are thick: in single precision 4096 of them are several tiles. A
+/// 64th of a tile is hardly seen, and leaves room for 512 renewals of an order on a map of 512 tiles.
+pub const DEVIATION_MAX: f64 = 1.0 / 64.0;
+
 /// Where an object was at a moment, and its velocity since: all that a view needs to know where it is.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -45,14 +49,20 @@ impl Base {
     /// Returns whether to the eye an object that moves by this base moves by `truth`, from the start of `cycle` until
     /// that of the next: it rests at the same point, or it moves and is never more than `deviation_max` world units
     /// aside.
-    ///
-    /// The difference of two straight motions is straight, so it is largest at one of the ends. After a cycle it is
-    /// `d + w`, with the offset `d` at the start and the relative velocity `w`.
     #[must_use]
     pub fn predicts(&self, truth: &Self, cycle: Cycle, deviation_max: f64) -> bool {
         if !self.is_moving() || !truth.is_moving() {
             return self.is_moving() == truth.is_moving() && self.point == truth.point;
         }
+        self.stays_near(truth, cycle, deviation_max)
+    }
+
+    /// Returns whether from the start of `cycle` until that of the next the two positions are never more than
+    /// `deviation_max` world units apart.
+    ///
+    /// The difference of two straight motions is straight, so it is largest at one of the ends. After a cycle it is
+    /// `d + w`, with the offset `d` at the start and the relative velocity `w`.
+    pub(crate) fn stays_near(&self, truth: &Self, cycle: Cycle, deviation_max: f64) -> bool {
         let offset = self.position(cycle) - truth.position(cycle);
         let offset_next = offset + (self.velocity - truth.velocity);
         let is_near = |offset: DVec2| offset.length_squared() <= deviation_max * deviation_max;

@@ -1,7 +1,7 @@
 //! The change of a view over one cycle.
 
 use glam::DVec2;
-use maniple_geometry::Cycle;
+use maniple_geometry::{Cycle, Moment};
 use serde::{Deserialize, Serialize};
 
 use crate::base::Base;
@@ -77,6 +77,14 @@ pub struct Stopped {
     pub fraction: f64,
     /// Why; `None` for objects of others.
     pub reason: Option<StopReason>,
+}
+
+impl Stopped {
+    /// Returns the base of the object from now on.
+    #[must_use]
+    pub fn base(&self) -> Base {
+        Base::at_rest(self.point, Moment { cycle: self.cycle, fraction: self.fraction })
+    }
 }
 
 /// Another change of an object of the seat.

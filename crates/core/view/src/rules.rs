@@ -5,6 +5,7 @@ use maniple_tilemap::{Corner, Tile, TileMap, TileShape};
 use serde::{Deserialize, Serialize};
 
 use crate::identity::Seat;
+use crate::profile::Positions;
 
 /// How time passes in a match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,6 +41,8 @@ pub struct Rules {
     pub objective: Objective,
     /// Whether there is fog; without it every seat sees everything.
     pub fog: bool,
+    /// How exact the positions are that a client is told.
+    pub positions: Positions,
 }
 
 /// The constants of a unit type.

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 
 use maniple_geometry::{Cycle, ObjectId};
 
-use crate::base::{Base, DEVIATION_SKINS_MAX};
+use crate::base::{Base, DEVIATION_MAX, DEVIATION_SKINS_MAX};
 use crate::delta::{Appeared, Changed, Delta, Moved, Stopped};
 use crate::identity::{Handle, Seat, UnitTypeId};
 use crate::outcome::{CommandResult, StopReason};
+use crate::profile::Positions;
 use crate::view::View;
 
 /// Why an object stopped, in the server's names.
@@ -55,15 +56,22 @@ struct Tracked {
     queued: u32,
 }
 
+/// Who looks, and how closely.
+#[derive(Clone, Copy, Debug)]
+struct Eyes {
+    seat: Seat,
+    /// World units.
+    deviation_max: f64,
+    positions: Positions,
+}
+
 /// The server's side of one seat's view: gives handles, and turns sightings into deltas.
 ///
 /// Nothing but the seat's own sightings goes in, so nothing else can come out. Of objects of other seats it tells only
 /// what is to be seen: an order that keeps to its line and speed starts a new motion in the world, and none in the view.
 #[derive(Debug)]
 pub struct Tracker {
-    seat: Seat,
-    /// World units.
-    deviation_max: f64,
+    eyes: Eyes,
     next_handle: u32,
     tracked: BTreeMap<ObjectId, Tracked>,
     own: BTreeMap<Handle, ObjectId>,
@@ -71,12 +79,14 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Returns the tracker of a seat that has seen nothing yet, in a world with this skin, in world units.
+    /// Returns the tracker of a seat that has seen nothing yet, in a world from whose limits this skin follows, in world
+    /// units.
     #[must_use]
-    pub fn new(seat: Seat, skin: f64) -> Self {
+    pub fn new(seat: Seat, skin: f64, positions: Positions) -> Self {
+        let unseen = DEVIATION_SKINS_MAX * skin;
+        let unseen = if unseen < DEVIATION_MAX { unseen } else { DEVIATION_MAX };
         Self {
-            seat,
-            deviation_max: DEVIATION_SKINS_MAX * skin,
+            eyes: Eyes { seat, deviation_max: unseen + positions.step(), positions },
             next_handle: 0,
             tracked: BTreeMap::new(),
             own: BTreeMap::new(),
@@ -158,7 +168,7 @@ impl Tracker {
         let mut newcomers: Vec<(&Sighting, Base)> = sightings
             .iter()
             .filter(|sighting| !self.tracked.contains_key(&sighting.object))
-            .map(|sighting| (sighting, sighting.base.refreshed(cycle)))
+            .map(|sighting| (sighting, self.eyes.positions.rounded(sighting.base.refreshed(cycle))))
             .collect();
         newcomers.sort_by(|(a, base_a), (b, base_b)| {
             (base_a.point.y.total_cmp(&base_b.point.y))
@@ -168,7 +178,7 @@ impl Tracker {
         for (sighting, base) in newcomers {
             let handle = Handle(self.next_handle);
             self.next_handle += 1;
-            let own = sighting.owner == self.seat;
+            let own = sighting.owner == self.eyes.seat;
             if own {
                 self.own.insert(handle, sighting.object);
             }
@@ -186,16 +196,16 @@ impl Tracker {
 
     /// Newcomers are up to date already, so nothing differs for them.
     fn follow(&mut self, cycle: Cycle, sighting: &Sighting, delta: &mut Delta) {
-        let own = sighting.owner == self.seat;
+        let own = sighting.owner == self.eyes.seat;
         let other = match sighting.stop {
             Some(Stop::Object(other)) => self.tracked.get(&other).map(|tracked| tracked.handle),
             Some(Stop::Arrived | Stop::Ordered | Stop::Segment | Stop::Edge) | None => None,
         };
         let Some(tracked) = self.tracked.get_mut(&sighting.object) else { return };
         let object = tracked.handle;
-        if let Some(base) = tracked.news(cycle, sighting, self.seat, self.deviation_max) {
+        if let Some(base) = tracked.news(cycle, sighting, &self.eyes) {
             tracked.told = base;
-            if base.is_moving() {
+            if sighting.base.is_moving() {
                 delta.moved.push(Moved { object, base });
             } else {
                 let Base { point, cycle, fraction, .. } = base;
@@ -217,17 +227,37 @@ impl Tracked {
     /// A seat gave the orders of its own objects, so it is told of every new motion. Of others it is told where the
     /// view would show something else. If that is not because of an event in the last cycle but has added up, the base
     /// is a fresh one: when the motion began is not to be seen.
-    fn news(&self, cycle: Cycle, sighting: &Sighting, seat: Seat, deviation_max: f64) -> Option<Base> {
+    fn news(&self, cycle: Cycle, sighting: &Sighting, eyes: &Eyes) -> Option<Base> {
         let truth = sighting.base;
         let is_new = truth != self.truth;
-        if sighting.owner == seat {
-            return is_new.then_some(truth);
+        match eyes.positions {
+            Positions::Exact if sighting.owner == eyes.seat => is_new.then_some(truth),
+            Positions::Exact => {
+                let holds = self.told == truth || self.told.predicts(&truth, cycle, eyes.deviation_max);
+                (!holds).then_some(if is_new { truth } else { truth.refreshed(cycle) })
+            }
+            Positions::Grid { .. } => {
+                let is_told = is_new && sighting.owner == eyes.seat;
+                (is_told || !self.holds_on_grid(&truth, cycle, eyes)).then(|| on_grid(&truth, cycle, eyes))
+            }
         }
-        if self.told == truth || self.told.predicts(&truth, cycle, deviation_max) {
-            return None;
-        }
-        Some(if is_new { truth } else { truth.refreshed(cycle) })
     }
+
+    /// Returns whether the base in the view still does on a grid: it is never more than a step of the grid off, and who
+    /// rests is where the grid has it.
+    fn holds_on_grid(&self, truth: &Base, cycle: Cycle, eyes: &Eyes) -> bool {
+        if truth.is_moving() {
+            self.told.stays_near(truth, cycle, eyes.deviation_max)
+        } else {
+            !self.told.is_moving() && self.told.point == on_grid(truth, cycle, eyes).point
+        }
+    }
+}
+
+/// Returns what is told of a base on a grid: of who moves that of the present cycle, which has no fraction to be told.
+fn on_grid(truth: &Base, cycle: Cycle, eyes: &Eyes) -> Base {
+    let base = if truth.is_moving() { truth.refreshed(cycle) } else { *truth };
+    eyes.positions.rounded(base)
 }
 
 fn told(stop: Stop, other: Option<Handle>) -> StopReason {
@@ -249,12 +279,61 @@ mod tests {
     const SKIN: f64 = 1.0 / (1u64 << 40) as f64;
 
     #[test]
+    fn on_a_grid_a_view_is_never_more_than_a_step_off_and_a_stop_is_where_the_grid_has_it() {
+        for (bits, owner) in [(0, 0), (4, 1), (10, 0), (10, 1), (20, 1)] {
+            let grid = Positions::Grid { bits };
+            let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN, grid), View::new());
+            let moving = base(DVec2::new(1.3, 1.7), 2, 0.3, DVec2::new(0.321_987, 0.077_123));
+            let rest =
+                Base { velocity: DVec2::ZERO, ..base(moving.position(Cycle(340)), 339, 0.7, DVec2::ZERO) };
+            let mut told = 0;
+            for cycle in 0..400 {
+                let truth = match cycle {
+                    0..3 => base(DVec2::new(1.3, 1.7), 0, 0.0, DVec2::ZERO),
+                    3..340 => moving,
+                    _ => rest,
+                };
+                let delta = tracker.update(Cycle(cycle), &[sighting(Seat(owner), truth)], &[], vec![]);
+                told += delta.moved.len() + delta.stopped.len();
+                client.apply(&delta).unwrap();
+                let seen = client.position(Handle(0)).unwrap();
+                let aside = seen.distance(truth.position(Cycle(cycle)));
+                assert!(aside <= grid.step() + 1e-6, "{bits} bits, cycle {cycle}: {aside}");
+                for base in delta.moved.iter().map(|moved| moved.base) {
+                    assert_eq!((grid.rounded(base), base.fraction, base.cycle), (base, 0.0, Cycle(cycle)));
+                }
+                if cycle >= 340 {
+                    assert_eq!(seen, grid.rounded(rest).point);
+                }
+            }
+            println!("{bits} bits: told {told} times in 340 cycles");
+            assert!((2..=7).contains(&told), "{bits} bits: told {told} times");
+        }
+    }
+
+    #[test]
+    fn a_crawler_on_a_grid_is_told_of_when_it_has_come_a_step_further() {
+        let grid = Positions::Grid { bits: 2 };
+        let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN, grid), View::new());
+        let crawling = base(DVec2::new(1.0, 1.0), 0, 0.0, DVec2::new(0.0004, 0.0));
+        let mut told = 0;
+        for cycle in 0..4000 {
+            let delta = tracker.update(Cycle(cycle), &[sighting(Seat(1), crawling)], &[], vec![]);
+            client.apply(&delta).unwrap();
+            told += delta.moved.len();
+            assert!(delta.stopped.is_empty());
+        }
+        assert!((6..=7).contains(&told), "{told}");
+        assert_eq!(client.position(Handle(0)).unwrap().x % 0.25, 0.0);
+    }
+
+    #[test]
     fn a_deviation_that_adds_up_is_told_by_a_fresh_base_before_it_is_too_large() {
         let deviation_max = DEVIATION_SKINS_MAX * SKIN;
         let old = base(DVec2::new(1.0, 1.0), 0, 0.0, DVec2::new(0.5, 0.25));
         let point = old.point + old.velocity * 4.5;
         let new = base(point, 4, 0.5, old.velocity + DVec2::new(deviation_max / 10.0, 0.0));
-        let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN), View::new());
+        let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN, Positions::Exact), View::new());
         let mut told = Vec::new();
         for cycle in 1..40 {
             let truth = if cycle < 5 { old } else { new };
@@ -281,7 +360,7 @@ mod tests {
         for (owner, expected) in [(Seat(0), (1, 1)), (Seat(1), (0, 0))] {
             let mut told = (0, 0);
             for (before, after) in [(old, renewed), (at_rest, bumped)] {
-                let mut tracker = Tracker::new(Seat(0), SKIN);
+                let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Exact);
                 tracker.update(Cycle(2), &[sighting(owner, before)], &[], vec![]);
                 let delta = tracker.update(Cycle(3), &[sighting(owner, after)], &[], vec![]);
                 told.0 += delta.moved.len();

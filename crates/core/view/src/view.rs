@@ -99,8 +99,7 @@ impl View {
             self.change(cycle, moved.object, |seen| seen.base = moved.base)?;
         }
         for stopped in &delta.stopped {
-            let moment = maniple_geometry::Moment { cycle: stopped.cycle, fraction: stopped.fraction };
-            self.change(cycle, stopped.object, |seen| seen.base = Base::at_rest(stopped.point, moment))?;
+            self.change(cycle, stopped.object, |seen| seen.base = stopped.base())?;
         }
         for changed in &delta.changed {
             self.change(cycle, changed.object, |seen| seen.queued = Some(changed.queued))?;

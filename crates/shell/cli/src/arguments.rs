@@ -1,5 +1,7 @@
 //! The command line.
 
+mod profile;
+
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -7,6 +9,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::output::JsonFlag;
+pub(crate) use profile::ProfileArguments;
 
 /// Most circles of a benchmark of each kind: 4 million take about a gigabyte.
 const OBJECTS_MAX: i64 = 4_000_000;
@@ -147,9 +150,14 @@ pub(crate) struct Match {
     /// The seed of the match; without it the scenario's
     #[arg(long, value_name = "S")]
     pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) profile: ProfileArguments,
     /// Cycles that the match lasts at most; without it the scenario's length
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(crate) cycles: Option<u32>,
+    /// Print what each part of a cycle cost, and what is not modelled and so costs nothing
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) explain: bool,
     /// Where to write the replay
     #[arg(long, value_name = "FILE")]
     pub(crate) replay: Option<PathBuf>,
@@ -183,6 +191,8 @@ pub(crate) struct Serve {
     /// The seed of the first match; without it the scenario's; each further match has the next
     #[arg(long, value_name = "S")]
     pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) profile: ProfileArguments,
     /// Stop after one match
     #[arg(long)]
     pub(crate) once: bool,

@@ -5,6 +5,7 @@ use std::io::Write;
 use anyhow::Context;
 use maniple_bots::{Bot, bot_seed};
 use maniple_game::Loaded;
+use maniple_referee as referee;
 use maniple_server::Recording;
 use maniple_view::{ClockMode, MatchResult, Seat, Sequenced};
 
@@ -44,13 +45,25 @@ fn scenario_path(loaded: &Loaded) -> &str {
     loaded.files.0.first().map_or("the scenario", |file| &file.path)
 }
 
+/// The parts of a cycle of a match in this process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// What bots think.
+    Bots,
+    /// What is written of the match.
+    Recording,
+    /// A part of the referee's work.
+    Referee(referee::Part),
+}
+
 /// Plays a match to its end. The replay goes to `replay`, if one is wanted; `progress` is told the number of cycles
-/// played.
+/// played, `done` each part of a cycle when it is done.
 pub(crate) fn play(
     loaded: Loaded,
     mut bots: Vec<Box<dyn Bot + Send>>,
     replay: Option<impl Write>,
     progress: impl Fn(u32),
+    mut done: impl FnMut(Part),
 ) -> Result<MatchResult, Failure> {
     let recording = replay.map(|sink| Recording::begin(&loaded, sink)).transpose();
     let mut recording = recording.map_err(Failure::failed)?;
@@ -74,15 +87,17 @@ pub(crate) fn play(
             let batch = numbered.collect();
             referee.handle_commands(seat, delta.cycle, batch).map_err(Failure::failed)?;
         }
+        done(Part::Bots);
         let records = referee.take_records();
         if let Some(recording) = &mut recording {
             recording.extend(records).map_err(Failure::failed)?;
         }
+        done(Part::Recording);
         progress(referee.cycle().0);
         if let Some(result) = referee.result() {
             recording.map(Recording::finish).transpose().map_err(Failure::failed)?;
             return Ok(result.clone());
         }
-        referee.step();
+        referee.step_by_parts(|part| done(Part::Referee(part)));
     }
 }

@@ -2,10 +2,12 @@
 
 mod arguments;
 mod commands;
+mod explain;
 mod failure;
 mod files;
 mod headless;
 mod interrupt;
+mod models;
 mod output;
 mod picture;
 mod start;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use maniple_game::{Loaded, load};
+use maniple_game::{Loaded, Overrides, load};
 use maniple_referee::Referee;
 use maniple_tilemap::Resolver;
 use maniple_view::ClockMode;
@@ -12,18 +12,18 @@ use crate::failure::Failure;
 use crate::files::{self, Disk, SHIPPED_SCENARIO};
 
 /// Returns the start of a match; without a scenario that of the shipped one.
-pub(crate) fn loaded(
-    scenario: Option<&Path>,
-    map: Option<&Path>,
-    seed: Option<u64>,
-) -> Result<Loaded, Failure> {
-    let map = map.map(Path::to_string_lossy);
-    match (scenario, map.as_deref()) {
-        (Some(path), map) => load(&Disk, &path.to_string_lossy(), map, seed),
-        (None, Some(map)) => load(&ShippedScenario, SHIPPED_SCENARIO, Some(map), seed),
-        (None, None) => load(&files::shipped(), SHIPPED_SCENARIO, None, seed),
+pub(crate) fn loaded(scenario: Option<&Path>, overrides: &Overrides) -> Result<Loaded, Failure> {
+    match (scenario, &overrides.map) {
+        (Some(path), _) => load(&Disk, &path.to_string_lossy(), overrides),
+        (None, Some(_)) => load(&ShippedScenario, SHIPPED_SCENARIO, overrides),
+        (None, None) => load(&files::shipped(), SHIPPED_SCENARIO, overrides),
     }
     .map_err(Failure::bad_input)
+}
+
+/// Returns the path of a map as files know it.
+pub(crate) fn map_path(map: Option<&Path>) -> Option<String> {
+    map.map(|map| map.to_string_lossy().into_owned())
 }
 
 /// Returns the referee of a match. Its errors name the files that the match is made of.

@@ -75,7 +75,9 @@ impl Client {
         let welcome = match read(&mut stream, &mut frames, &mut buffer).await? {
             ServerMessage::Welcome(welcome) => welcome,
             ServerMessage::Refused { reason } => return Err(ClientError::Refused(reason)),
-            ServerMessage::Delta(_) => return Err(unexpected("a delta", "the welcome")),
+            ServerMessage::Delta(_) | ServerMessage::GridDelta(_) => {
+                return Err(unexpected("a delta", "the welcome"));
+            }
             ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
             ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
         };
@@ -88,10 +90,8 @@ impl Client {
     /// A connection that is closed or broken, or a delta after which the two views differ.
     pub async fn next(&mut self) -> Result<Event, ClientError> {
         match read(&mut self.stream, &mut self.frames, &mut self.buffer).await? {
-            ServerMessage::Delta(delta) => {
-                self.view.apply(&delta)?;
-                Ok(Event::Cycle(delta))
-            }
+            ServerMessage::Delta(delta) => self.take_in(delta),
+            ServerMessage::GridDelta(grid) => self.take_in(grid.delta(self.welcome.rules.positions)?),
             ServerMessage::Ended { result } => Ok(Event::Ended(result)),
             ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
             ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
@@ -183,6 +183,11 @@ impl Client {
     #[must_use]
     pub fn welcome(&self) -> &Welcome {
         &self.welcome
+    }
+
+    fn take_in(&mut self, delta: Delta) -> Result<Event, ClientError> {
+        self.view.apply(&delta)?;
+        Ok(Event::Cycle(delta))
     }
 
     fn encode(&mut self, commands: Vec<Command>) -> Result<Vec<u8>, ClientError> {

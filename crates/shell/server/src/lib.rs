@@ -18,7 +18,7 @@ pub use connection::{DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_
 pub use doors::{Access, JOIN_INTERVAL};
 pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
 pub use pace::LATE_PERIODS_MAX;
-pub use recording::{BUILD, Recording, RecordingError, events, files};
+pub use recording::{BUILD, Recording, RecordingError, events, files, overrides};
 pub use server::{CONNECTIONS_MAX, Match, MatchError, RunError, SEND_BUFFER_SIZE, Server};
 pub use simulation::EVENTS_BEFORE_STEP_MAX;
 pub use token::{Token, TokenError};

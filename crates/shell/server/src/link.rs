@@ -44,6 +44,11 @@ impl Link {
         (Self { encoding, queue, farewell, _closing: guard }, Outbox { queue: receiver, closing })
     }
 
+    /// Returns how the messages are written.
+    pub(crate) fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
     /// Queues a message. Into a connection that has gone it is lost: that this is so is told by its reader.
     ///
     /// # Errors

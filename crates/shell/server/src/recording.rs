@@ -2,7 +2,7 @@
 
 use std::io::{self, Write};
 
-use maniple_game::{Files, Loaded, LoadedFile};
+use maniple_game::{Files, Loaded, LoadedFile, Overrides};
 use maniple_protocol::{EncodeError, PROTOCOL, Record, Replay, ReplayHeader, ReplayWriter};
 use maniple_referee::RecordedEvent;
 use maniple_view::Digest;
@@ -52,6 +52,8 @@ impl<W: Write> Recording<W> {
             map_override: Some(map.path.clone()),
             seed: loaded.scenario.seed,
             cycles_max: loaded.scenario.cycles_max.0,
+            rate: loaded.scenario.rate,
+            profile: loaded.scenario.profile,
             map_hash: Digest(loaded.map.hash()),
             seats: u16::try_from(loaded.scenario.seats.len()).expect("seats are counted in 16 bits"),
         };
@@ -92,6 +94,18 @@ pub fn events(replay: &Replay) -> impl Iterator<Item = RecordedEvent> {
 pub fn files(header: &ReplayHeader) -> Files {
     let file = |(path, bytes): &(String, Vec<u8>)| LoadedFile { path: path.clone(), bytes: bytes.clone() };
     Files(header.files.iter().map(file).collect())
+}
+
+/// Returns what was asked for in the match of a replay instead of what its scenario says: all of it.
+#[must_use]
+pub fn overrides(header: &ReplayHeader) -> Overrides {
+    let asked = Overrides {
+        map: header.map_override.clone(),
+        seed: Some(header.seed),
+        rate: Some(header.rate),
+        ..Overrides::default()
+    };
+    asked.with_profile(&header.profile)
 }
 
 fn record_of(event: RecordedEvent) -> Record {

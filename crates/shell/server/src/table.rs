@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use maniple_protocol::{Refused, ServerMessage};
+use maniple_protocol::{Encoding, Refused, ServerMessage};
 use maniple_view::Seat;
 
 use crate::connection::ConnectionId;
@@ -64,6 +64,11 @@ impl Table {
         self.occupants[seat.index()].as_ref().map_or(Ok(()), |occupant| occupant.link.push(message))
     }
 
+    /// Returns how the messages to a seat are written; `None` where nobody sits.
+    pub(crate) fn encoding(&self, seat: Seat) -> Option<Encoding> {
+        self.occupants[seat.index()].as_ref().map(|occupant| occupant.link.encoding())
+    }
+
     /// Returns the seat of a connection; `None` if it has none, or none any more.
     pub(crate) fn seat_of(&self, connection: ConnectionId) -> Option<Seat> {
         let is_at = |seat: &Seat| {
@@ -80,8 +85,6 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
-    use maniple_protocol::Encoding;
-
     use super::*;
     use crate::doors::Access;
     use crate::token::Token;

@@ -9,25 +9,22 @@ use maniple_view::{UnitType, UnitTypeId};
 use toml::Spanned;
 
 use super::nearest::{nearest, nearest_in_message};
+use super::profile::profile;
 use super::{
-    Clock, GROUPS_MAX, Group, LENGTH_SECONDS_MAX, NAME_BYTES_MAX, Objective, Problem, RATE_DEFAULT, RATE_MAX,
-    SCENARIO_BYTES_MAX, SEATS_MAX, SIGHT_DEFAULT, SIGHT_MIN, Scenario, ScenarioError, SeatStart,
-    TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN, TerrainKnowledge,
-    UNIT_TYPES_MAX, UNITS_MAX, Vision, ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
+    Clock, GROUPS_MAX, Group, LENGTH_SECONDS_MAX, NAME_BYTES_MAX, Objective, Overrides, Problem,
+    RATE_DEFAULT, RATE_MAX, RATE_MIN, SCENARIO_BYTES_MAX, SEATS_MAX, SIGHT_DEFAULT, SIGHT_MIN, Scenario,
+    ScenarioError, SeatStart, TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN,
+    TerrainKnowledge, UNIT_TYPES_MAX, UNITS_MAX, Vision, ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
 };
-
-/// Smallest rate, in cycles a second: a cycle of a quarter of an hour. Every length and speed divided by it stays
-/// in range.
-const RATE_MIN: f64 = 1.0 / 1024.0;
 
 /// Longest path of a map, in bytes.
 const PATH_BYTES_MAX: usize = 1024;
 
 /// A problem and the bytes of the text that it is about.
-type Found<T> = Result<T, (Range<usize>, Problem)>;
+pub(super) type Found<T> = Result<T, (Range<usize>, Problem)>;
 
-pub(super) fn read(name: &str, text: &str) -> Result<Scenario, ScenarioError> {
-    checked(text).map_err(|(span, problem)| {
+pub(super) fn read(name: &str, text: &str, overrides: &Overrides) -> Result<Scenario, ScenarioError> {
+    checked(text, overrides).map_err(|(span, problem)| {
         let before = text.get(..span.start).unwrap_or_default();
         let line_start = before.rfind('\n').map_or(0, |place| place + 1);
         ScenarioError {
@@ -39,7 +36,7 @@ pub(super) fn read(name: &str, text: &str) -> Result<Scenario, ScenarioError> {
     })
 }
 
-fn checked(text: &str) -> Found<Scenario> {
+fn checked(text: &str, overrides: &Overrides) -> Found<Scenario> {
     if text.len() > SCENARIO_BYTES_MAX {
         return Err((0..0, Problem::TooLong { found: text.len(), max: SCENARIO_BYTES_MAX }));
     }
@@ -49,14 +46,16 @@ fn checked(text: &str) -> Found<Scenario> {
         (error.span().unwrap_or(0..0), problem)
     })?;
     let rate = number_or(file.rate.as_ref(), RATE_DEFAULT, "rate", RATE_MIN, RATE_MAX)?;
+    let rate = overrides.rate.unwrap_or(rate);
     let unit_types = unit_types(&file.unit, rate, file.seat.span())?;
     Ok(Scenario {
         name: named(&file.name, "name", NAME_BYTES_MAX)?,
         map: named(&file.map, "map", PATH_BYTES_MAX)?,
         rate,
         cycles_max: cycles_max(&file.length_seconds, rate)?,
-        seed: file.seed,
+        seed: overrides.seed.unwrap_or(file.seed),
         stops: file.kinematics.stops,
+        profile: overrides.applied(profile(&file.kinematics, &file.view)?),
         clock: clock(&file.clock)?,
         vision: file.vision.map(|vision| match vision.terrain {
             file::Terrain::Known => Vision { terrain: TerrainKnowledge::Known },
@@ -191,7 +190,7 @@ fn number_or(
 }
 
 /// Returns the number if it is in range; not a number is in none.
-fn number(value: &Spanned<f64>, field: &'static str, min: f64, max: f64) -> Found<f64> {
+pub(super) fn number(value: &Spanned<f64>, field: &'static str, min: f64, max: f64) -> Found<f64> {
     let span = value.span();
     let value = *value.get_ref();
     if value == 0.0 && value.is_sign_negative() {
@@ -217,7 +216,7 @@ fn check_name(name: &str, field: &'static str, max: usize, span: Range<usize>) -
 
 #[cfg(test)]
 mod tests {
-    use maniple_view::Stops;
+    use maniple_view::{Positions, Profile, Scalar, Solver, Stops};
 
     use super::*;
     use crate::scenario::Stall;
@@ -231,6 +230,15 @@ seed = 7
 
 [kinematics]
 stops = "approaching"
+scalar = "f32"
+solver = "stepped"
+substeps = 4
+certify = false
+skin = 0.01
+
+[view]
+positions = "grid"
+grid_bits = 10
 
 [clock]
 time_bank_seconds = 2.5
@@ -269,6 +277,14 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         assert_eq!(scenario.cycles_max, Cycle(240));
         assert_eq!(scenario.seed, 7);
         assert_eq!(scenario.stops, Stops::Approaching);
+        let profile = Profile {
+            scalar: Scalar::F32,
+            solver: Solver::Stepped { substeps: 4 },
+            certify: false,
+            skin: Some(0.01),
+            positions: Positions::Grid { bits: 10 },
+        };
+        assert_eq!(scenario.profile, profile);
         assert_eq!(scenario.clock, Clock { time_bank: Duration::from_millis(2500), stall: Stall::Forfeit });
         assert_eq!(scenario.vision, Some(Vision { terrain: TerrainKnowledge::Known }));
         assert_eq!(scenario.objective, Objective::Race { zone_size: 6.0 });
@@ -285,7 +301,9 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         let text = WHOLE
             .replace("rate = 4\n", "")
             .replace("seed = 7\n", "")
-            .replace("[kinematics]\nstops = \"approaching\"\n", "")
+            .replace("[kinematics]\nstops = \"approaching\"\nscalar = \"f32\"\n", "")
+            .replace("solver = \"stepped\"\nsubsteps = 4\ncertify = false\nskin = 0.01\n", "")
+            .replace("[view]\npositions = \"grid\"\ngrid_bits = 10\n", "")
             .replace("[clock]\ntime_bank_seconds = 2.5\nstall = \"forfeit\"\n", "")
             .replace("[vision]\nterrain = \"known\"\n", "")
             .replace("zone_size = 6\n", "");
@@ -294,6 +312,7 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         assert_eq!(scenario.cycles_max, Cycle(480));
         assert_eq!(scenario.seed, 0);
         assert_eq!(scenario.stops, Stops::Both);
+        assert_eq!(scenario.profile, Profile::EXACT);
         assert_eq!(scenario.clock, Clock { time_bank: Duration::from_secs(10), stall: Stall::Skip });
         assert_eq!(scenario.vision, None);
         assert_eq!(scenario.objective, Objective::Race { zone_size: ZONE_SIZE_DEFAULT });
@@ -316,8 +335,8 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
             "unit = \"scuot\"",
             "no unit type is called \"scuot\"; did you mean `scout`?",
         );
-        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:33:20: ");
-        check("radius = 0.25", "radius = -0.25", "duel.toml:23:10: radius is -0.25; it must be positive");
+        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:42:20: ");
+        check("radius = 0.25", "radius = -0.25", "duel.toml:32:10: radius is -0.25; it must be positive");
         check("radius = 0.25", "radius = nan", "radius is not a number");
         check("speed = 2.0", "speed = -1", "speed is -1; it must not be negative");
         check("sight = 5.0", "sight = 0", "sight is 0; it must be from");
@@ -330,6 +349,30 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         check("count = 20", "count = 5000", "count is 5000;");
         check("name = \"Duel\"", "name = \"\"", "name must have 1 to 64 bytes");
         check("name = \"Duel\"", "name = ", "duel.toml:2:");
+        check("scalar = \"f32\"", "scalar = \"f16\"", "duel.toml:10:10: unknown variant `f16`");
+        check("scalar = \"f32\"", "scaler = \"f32\"", "did you mean `scalar`?");
+        check("solver = \"stepped\"", "solver = \"stepper\"", "did you mean `stepped`?");
+        let needs = "duel.toml:11:10: solver = \"stepped\" needs substeps, from 1 to 1000; add it";
+        check("substeps = 4\n", "", needs);
+        let pointless = "duel.toml:12:12: substeps means nothing without solver = \"stepped\"; leave it out";
+        check("solver = \"stepped\"", "solver = \"event\"", pointless);
+        check("substeps = 4", "substeps = 0", "duel.toml:12:12: substeps is 0; it must be from 1 to 1000");
+        check("substeps = 4", "substeps = 1001", "substeps is 1001;");
+        check("substeps = 4", "substeps = 2.5", "duel.toml:12:12: invalid type: floating point");
+        check("certify = false", "certify = \"off\"", "duel.toml:13:11: invalid type: string \"off\"");
+        check("skin = 0.01", "skin = -0.01", "duel.toml:14:8: skin is -0.01; it must be from 0 to 1");
+        check("skin = 0.01", "skin = 2", "skin is 2; it must be from 0 to 1");
+        check("skin = 0.01", "skin = nan", "skin is NaN;");
+        check("skin = 0.01", "skin = -0.0", "skin is -0; write 0");
+        check("positions = \"grid\"", "positions = \"grit\"", "did you mean `grid`?");
+        let needs = "duel.toml:17:13: positions = \"grid\" needs grid_bits, from 0 to 20; add it";
+        check("grid_bits = 10\n", "", needs);
+        check("positions = \"grid\"\n", "", "grid_bits means nothing without positions = \"grid\"");
+        check(
+            "grid_bits = 10",
+            "grid_bits = 21",
+            "duel.toml:18:13: grid_bits is 21; it must be from 0 to 20",
+        );
         check("time_bank_seconds = 2.5", "time_bank_seconds = 4000", "from 0.001 to 3600");
     }
 

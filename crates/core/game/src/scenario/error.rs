@@ -48,6 +48,26 @@ pub enum Problem {
         /// The largest allowed.
         max: f64,
     },
+    /// A choice without the number that belongs to it.
+    #[error("{choice} needs {field}, from {min} to {max}; add it")]
+    Incomplete {
+        /// What was chosen.
+        choice: &'static str,
+        /// The key of the number.
+        field: &'static str,
+        /// The smallest allowed.
+        min: u32,
+        /// The largest allowed.
+        max: u32,
+    },
+    /// A number that means nothing without a choice.
+    #[error("{field} means nothing without {choice}; leave it out, or choose that")]
+    Pointless {
+        /// The key of the number.
+        field: &'static str,
+        /// What would have to be chosen.
+        choice: &'static str,
+    },
     /// A group of a unit type that the scenario does not have.
     #[error("no unit type is called {name:?}{}", hint(.nearest.as_deref()))]
     UnknownUnit {

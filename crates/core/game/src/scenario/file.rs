@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use maniple_view::Stops;
+use maniple_view::{Scalar, Stops};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -30,6 +30,8 @@ pub(super) struct File {
     pub(super) kinematics: Kinematics,
     #[serde(default)]
     pub(super) clock: Clock,
+    #[serde(default)]
+    pub(super) view: View,
     pub(super) vision: Option<Vision>,
     pub(super) objective: Objective,
     #[serde(default)]
@@ -42,6 +44,33 @@ pub(super) struct File {
 pub(super) struct Kinematics {
     #[serde(default)]
     pub(super) stops: Stops,
+    #[serde(default)]
+    pub(super) scalar: Scalar,
+    pub(super) solver: Option<Spanned<Solver>>,
+    pub(super) substeps: Option<Spanned<u32>>,
+    pub(super) certify: Option<bool>,
+    pub(super) skin: Option<Spanned<f64>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Solver {
+    Event,
+    Stepped,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct View {
+    pub(super) positions: Option<Spanned<Positions>>,
+    pub(super) grid_bits: Option<Spanned<u32>>,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Positions {
+    Exact,
+    Grid,
 }
 
 #[derive(Default, Deserialize)]

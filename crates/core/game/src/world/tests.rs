@@ -5,7 +5,7 @@ use maniple_geometry::{Cycle, ObjectId};
 use maniple_view::{Command, EndReason, Handle, Refusal, Seat, Stop, WAYPOINTS_MAX};
 
 use super::World;
-use crate::{Files, Loaded, LoadedFile, load};
+use crate::{Files, Loaded, LoadedFile, Overrides, load};
 
 /// A map 24 wide and 6 high without a wall.
 const PLAIN: &str = "........................\n........................\n........................\n\
@@ -137,7 +137,7 @@ fn a_unit_goes_to_its_goal_at_the_speed_of_its_type_and_says_so() {
 fn walls_and_the_edge_of_the_map_are_told_apart() {
     let rows = format!("{}....@...................\n", "........................\n".repeat(5));
     let check = |toward: DVec2, expected: Stop| {
-        let loaded = load(&files("", &rows, ONE), "s/tiny.toml", None, None).unwrap();
+        let loaded = load(&files("", &rows, ONE), "s/tiny.toml", &Overrides::default()).unwrap();
         let mut world = World::new(&loaded).unwrap();
         let mut approach = |x: f64, y: f64| {
             let go = Command::Move { object: Handle(0), x, y, s: None, queue: false, start: None };
@@ -220,14 +220,14 @@ fn the_match_ends_at_its_length() {
 }
 
 fn world(tables: &str, seats: &str) -> World {
-    let loaded = load(&files(tables, PLAIN, seats), "s/tiny.toml", None, None).unwrap();
+    let loaded = load(&files(tables, PLAIN, seats), "s/tiny.toml", &Overrides::default()).unwrap();
     World::new(&loaded).unwrap()
 }
 
 #[test]
 fn a_start_that_is_no_world_is_an_error_with_a_remedy() {
     let check = |alter: fn(&mut Loaded), named: &[&str]| {
-        let mut loaded = load(&files("", PLAIN, ONE), "s/tiny.toml", None, None).unwrap();
+        let mut loaded = load(&files("", PLAIN, ONE), "s/tiny.toml", &Overrides::default()).unwrap();
         alter(&mut loaded);
         let error = World::new(&loaded).err().map(|error| error.to_string()).unwrap();
         assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use maniple_game::{Files, LoadedFile, load};
+use maniple_game::{Files, LoadedFile, Overrides, load};
 use maniple_geometry::Cycle;
 use maniple_view::{
     COMMANDS_A_CYCLE_MAX, ClockMode, Command, EndReason, Handle, Outcome, Refusal, Seat, Sequenced, View,
@@ -270,5 +270,5 @@ fn loaded(stall: &str) -> maniple_game::Loaded {
     let map = format!("type octile\nheight 6\nwidth 24\nmap\n{}", "........................\n".repeat(6));
     let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
     let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
-    load(&files, "tiny.toml", None, None).unwrap()
+    load(&files, "tiny.toml", &Overrides::default()).unwrap()
 }

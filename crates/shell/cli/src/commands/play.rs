@@ -4,14 +4,16 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use maniple_game::Overrides;
 use maniple_geometry::Cycle;
 use maniple_view::{Digest, EndReason, MatchResult, Score, Seat};
 use serde::Serialize;
 
 use crate::arguments::Match;
+use crate::explain::Costs;
 use crate::failure::Failure;
-use crate::output::{Format, grouped, print};
-use crate::{files, headless, start};
+use crate::output::{Format, grouped, note, print, print_text};
+use crate::{files, headless, models, start};
 
 /// How a match went, as it is printed.
 #[derive(Debug, Serialize)]
@@ -33,16 +35,28 @@ struct Report {
 
 /// Runs `maniple match`.
 pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
-    let mut loaded = start::loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), arguments.seed)?;
+    let asked = Overrides {
+        map: start::map_path(arguments.map.as_deref()),
+        seed: arguments.seed,
+        ..arguments.profile.overrides()?
+    };
+    let mut loaded = start::loaded(arguments.scenario.as_deref(), &asked)?;
     if let Some(cycles) = arguments.cycles {
         loaded.limit_cycles(Cycle(cycles));
     }
     let bots = headless::bots(&loaded, &arguments.bots)?;
     let (name, seed, rate) = (loaded.scenario.name.clone(), loaded.scenario.seed, loaded.scenario.rate);
     let bar = progress_bar(u64::from(loaded.scenario.cycles_max.0));
-    let begun = Instant::now();
     let replay = arguments.replay.as_deref().map(files::create).transpose()?;
-    let result = headless::play(loaded, bots, replay, |cycle| bar.set_position(u64::from(cycle)))?;
+    note(&models::line(&loaded));
+    let explained = arguments.explain.then(|| loaded.clone());
+    let begun = Instant::now();
+    let mut costs = Costs::begin();
+    let progress = |cycle| bar.set_position(u64::from(cycle));
+    let result = match &explained {
+        Some(_) => headless::play(loaded, bots, replay, progress, |part| costs.done(part))?,
+        None => headless::play(loaded, bots, replay, progress, |_| {})?,
+    };
     let seconds = begun.elapsed().as_secs_f64();
     bar.finish_and_clear();
     let MatchResult { winner, reason, cycles, scores, hash } = result;
@@ -58,7 +72,8 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
         reason,
         rate,
     };
-    print(Format::of(&arguments.json), &report, |report| text(report, arguments))
+    print(Format::of(&arguments.json), &report, |report| text(report, arguments))?;
+    explained.map_or(Ok(()), |loaded| print_text(&format!("\n{}", costs.table(&loaded, cycles.0))))
 }
 
 /// A bar on standard error; none where that is no terminal.

@@ -194,7 +194,7 @@ fn beginning(replay: &Replay, path: &Path) -> Result<Referee, Failure> {
     let header = &replay.header;
     let loaded = || -> anyhow::Result<Loaded> {
         let files = maniple_server::files(header);
-        let mut loaded = load(&files, &header.scenario, header.map_override.as_deref(), Some(header.seed))?;
+        let mut loaded = load(&files, &header.scenario, &maniple_server::overrides(header))?;
         loaded.limit_cycles(Cycle(header.cycles_max));
         let seats = loaded.scenario.seats.len();
         anyhow::ensure!(

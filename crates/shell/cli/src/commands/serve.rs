@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Context;
+use maniple_game::Overrides;
 use maniple_server::{Access, Match, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
@@ -10,8 +11,8 @@ use serde::Serialize;
 use crate::arguments::{Clock, Serve};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::{Format, print};
-use crate::{files, start};
+use crate::output::{Format, note, print};
+use crate::{files, models, start};
 
 /// What clients have to know to join a match.
 #[derive(Debug, Serialize)]
@@ -111,7 +112,10 @@ fn prepare(
         Clock::Realtime => ClockMode::Realtime,
         Clock::Lockstep => ClockMode::Lockstep,
     };
-    let loaded = start::loaded(arguments.scenario.as_deref(), arguments.map.as_deref(), seed)?;
+    let asked =
+        Overrides { map: start::map_path(arguments.map.as_deref()), seed, ..arguments.profile.overrides()? };
+    let loaded = start::loaded(arguments.scenario.as_deref(), &asked)?;
+    note(&models::line(&loaded));
     let (scenario, seed) = (loaded.scenario.name.clone(), loaded.scenario.seed);
     let referee = start::referee(loaded, clock)?;
     let game = match access {

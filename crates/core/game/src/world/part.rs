@@ -1,0 +1,16 @@
+//! What a cycle of a world spends its time on.
+
+use maniple_kinematics as kinematics;
+
+/// The parts of a cycle of a world, in their order. What a scenario does not ask for has no part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// A part of the motion of everybody.
+    Kinematics(kinematics::Part),
+    /// What the match is about, who dies, and the state hash.
+    Rules,
+    /// Who is where, for the views.
+    Sightings,
+    /// Who sees whom; only under fog.
+    Vision,
+}

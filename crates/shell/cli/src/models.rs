@@ -1,0 +1,86 @@
+//! What a match models, and what it does not.
+
+use maniple_game::Loaded;
+use maniple_game::scenario::Objective;
+use maniple_view::{Positions, Profile, Scalar, Solver};
+
+use crate::output::grouped;
+
+/// Returns what a match models, in a line.
+pub(crate) fn line(loaded: &Loaded) -> String {
+    let parts = [
+        vision(loaded),
+        radii(loaded),
+        layers().to_owned(),
+        segments(loaded),
+        format!("rules: {}", rules(loaded)),
+        format!("kinematics: {}", kinematics(&loaded.scenario.profile)),
+        positions(&loaded.scenario.profile),
+    ];
+    format!("models: {}", parts.join("; "))
+}
+
+/// Returns whether there is fog.
+pub(crate) fn vision(loaded: &Loaded) -> String {
+    match loaded.scenario.vision {
+        None => "no fog (perfect information)".to_owned(),
+        Some(_) => "fog (circles of sight, terrain known)".to_owned(),
+    }
+}
+
+/// Returns how many different radii the units of the match have.
+pub(crate) fn radii(loaded: &Loaded) -> String {
+    let types = &loaded.scenario.unit_types;
+    let mut radii: Vec<u64> =
+        loaded.setup.units.iter().map(|unit| types[usize::from(unit.unit_type.0)].radius.to_bits()).collect();
+    radii.sort_unstable();
+    radii.dedup();
+    counted(radii.len(), "radius", "radii")
+}
+
+/// Returns in which layers units are.
+pub(crate) fn layers() -> &'static str {
+    "1 layer"
+}
+
+/// Returns how many segments there are.
+pub(crate) fn segments(loaded: &Loaded) -> String {
+    counted(loaded.terrain.segments.len(), "segment", "segments")
+}
+
+/// Returns what the match is about.
+pub(crate) fn rules(loaded: &Loaded) -> &'static str {
+    match loaded.scenario.objective {
+        Objective::Race { .. } => "race",
+    }
+}
+
+/// Returns how exactly objects move: `exact (event, f64, certified)` where every promise holds.
+pub(crate) fn kinematics(profile: &Profile) -> String {
+    let Profile { scalar, solver, certify, skin, positions } = *profile;
+    let is_exact = Profile { positions, ..Profile::EXACT } == *profile;
+    let solver = match solver {
+        Solver::Event => "event".to_owned(),
+        Solver::Stepped { substeps } => format!("stepped, {}", counted(substeps as usize, "look", "looks")),
+    };
+    let scalar = match scalar {
+        Scalar::F64 => "f64",
+        Scalar::F32 => "f32",
+    };
+    let certified = if certify { "certified" } else { "not certified" };
+    let skin = skin.map(|skin| format!(", skin {skin}")).unwrap_or_default();
+    let traded = if is_exact { "exact" } else { "traded" };
+    format!("{traded} ({solver}, {scalar}, {certified}{skin})")
+}
+
+/// Returns what clients are told of positions.
+pub(crate) fn positions(profile: &Profile) -> String {
+    match profile.positions {
+        Positions::Exact => "positions: exact".to_owned(),
+        Positions::Grid { bits } => format!("positions: grid of 2^-{bits}"),
+    }
+}
+
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{} {}", grouped(count as u64), if count == 1 { one } else { many })
+}
