@@ -12,7 +12,7 @@
 #   DENSITY=0.05,0.25 the shares of the area that they cover
 #   CYCLES=20         how many cycles are counted
 #
-# Runs `bench scale` under callgrind, which counts only while `World::step` runs, in CYCLES and in twice as many cycles; the
+# Runs `bench scale` under callgrind, which counts only while a cycle of the march runs (`March::step`), in CYCLES and in twice as many cycles; the
 # warm-up is the same in both. Instructions per object and cycle = (those of the longer run - those of the shorter one) /
 # (CYCLES * OBJECTS). The count depends on the compiler, on the libraries and on what the processor can do: compare it with
 # that of another commit on the same machine.
@@ -23,7 +23,7 @@ set -eu
 objects=${OBJECTS:-4000}
 densities=${DENSITY:-0.05,0.25}
 cycles=${CYCLES:-20}
-step='*maniple_kinematics::cycle*World*::step'
+step='*bench::march::March*::step'
 
 fail() {
     echo "instructions.sh: $*" >&2

@@ -88,6 +88,24 @@ fn those_at_rest_change_nothing_about_what_a_cycle_has_to_do() {
 }
 
 #[test]
+fn what_nobody_meets_is_timed_beside_the_same_march_without_it() {
+    let rows = json(&["bench", "absent", "--objects", "50", "--cycles", "3", "--json"]);
+    let rows = rows.as_array().expect("an array of rows");
+    let parts: Vec<&str> = rows.iter().map(|row| row["part"].as_str().expect("a name")).collect();
+    assert_eq!(parts, ["nothing", "walls", "resting", "layers", "radius", "alarm"]);
+    for row in rows {
+        assert_eq!(row["objects"], 50);
+        for field in ["ns_per_object_cycle", "ns_with", "ratio"] {
+            assert!(row[field].as_f64().is_some_and(|figure| figure > 0.0), "{row}");
+        }
+    }
+    let error = fails(&["bench", "absent", "--objects", "0"], 2);
+    assert!(error.contains("--objects") && error.contains("1..=4000000"), "{error}");
+    let error = fails(&["bench", "absent", "--density", "0.9"], 2);
+    assert!(error.contains("0.01 to 0.4"), "{error}");
+}
+
+#[test]
 fn bench_scale_prints_a_line_for_each_row_as_text() {
     let output = run(&["bench", "scale", "--objects", "20", "--density", "0.05", "--cycles", "3"]);
     let text = String::from_utf8(output.stdout).expect("text");

@@ -36,7 +36,17 @@ fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
 
 #[test]
 fn worlds_that_differ_only_out_of_sight_are_told_byte_for_byte_alike() {
-    let [mut quiet, mut busy] = [3, 4].map(Story::new);
+    tell_alike("[vision]");
+}
+
+#[test]
+fn so_they_are_in_single_precision_and_with_positions_on_a_grid() {
+    tell_alike("[vision]\n[kinematics]\nscalar = 'f32'");
+    tell_alike("[vision]\n[view]\npositions = 'grid'\ngrid_bits = 6");
+}
+
+fn tell_alike(tables: &str) {
+    let [mut quiet, mut busy] = [3, 4].map(|count| Story::new(tables, count));
     let (mut appeared, mut vanished, mut died) = (0, 0, 0);
     for cycle in 0..130 {
         quiet.play(&told_story(cycle));
@@ -197,10 +207,10 @@ const VISITOR: (f64, f64) = (41.5, 6.9375);
 const FOREIGN: std::ops::Range<u32> = 2..12;
 
 impl Story {
-    /// Returns the match at its start; seat 2 has so many units.
-    fn new(count: usize) -> Self {
+    /// Returns the match at its start, with the tables of its scenario; seat 2 has so many units.
+    fn new(tables: &str, count: usize) -> Self {
         let plain = format!("{}\n", ".".repeat(60)).repeat(8);
-        let game = Game::new(scouts("[vision]", &plain, &[2, 5, count]), &["idle"; 3]);
+        let game = Game::new(scouts(tables, &plain, &[2, 5, count]), &["idle"; 3]);
         let start = |(handle, seen): (Handle, &Seen)| (handle, seen.base.point.into());
         let units = game.players.iter().map(|player| player.view.objects().map(start).collect()).collect();
         Self { game, units }

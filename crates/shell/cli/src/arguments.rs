@@ -272,6 +272,9 @@ pub(crate) enum BenchCommand {
     /// Look for the pairs that may meet in a cycle by all pairs, bounding boxes, motion spheres and sectors, and time each
     #[command(after_help = "Example: maniple bench broad --objects 1000,10000 --density 0.05")]
     Broad(BenchBroad),
+    /// Let circles march beside parts of the model that they never meet, and time what those cost them
+    #[command(after_help = "Example: maniple bench absent --objects 10000 --density 0.05")]
+    Absent(BenchAbsent),
     /// Play the same scenes under every setting, and compare what a cycle costs with how far it is from the truth
     #[command(
         after_help = "Example: maniple bench tradeoff --scene open --scene maps/choke.tmx --out figures",
@@ -352,6 +355,34 @@ pub(crate) struct BenchBroad {
     /// The share of the area that they cover, 0.01 to 0.4
     #[arg(long, value_name = "SHARE", default_value_t = 0.25, value_parser = density)]
     pub(crate) density: f64,
+    /// The seed of places, headings and speeds
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchAbsent {
+    /// How many circles march, 1 to 4000000
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 10_000,
+        value_parser = clap::value_parser!(u32).range(1..=OBJECTS_MAX)
+    )]
+    pub(crate) objects: u32,
+    /// The share of the area that they cover, 0.01 to 0.4
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05, value_parser = density)]
+    pub(crate) density: f64,
+    /// Cycles that are timed, behind those to warm up
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 200,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000)
+    )]
+    pub(crate) cycles: u32,
     /// The seed of places, headings and speeds
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,

@@ -1,5 +1,6 @@
 //! `maniple bench`: what the core can do on this machine.
 
+mod absent;
 mod broad;
 mod march;
 mod scale;
@@ -15,6 +16,7 @@ pub(crate) fn run(command: &BenchCommand) -> Result<(), Failure> {
     match command {
         BenchCommand::Scale(arguments) => scale::run(arguments),
         BenchCommand::Broad(arguments) => broad::run(arguments),
+        BenchCommand::Absent(arguments) => absent::run(arguments),
         BenchCommand::Tradeoff(arguments) => tradeoff::run(arguments),
     }
 }
