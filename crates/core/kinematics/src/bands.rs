@@ -67,6 +67,8 @@ struct Levels {
     largest: f32,
     /// For each level that has spheres its squares, and the number of the first sector among those of all levels.
     grids: [Option<(Squares, u32)>; LEVELS_MAX],
+    /// For each level how many spheres it has.
+    counts: [usize; LEVELS_MAX],
 }
 
 impl Levels {
@@ -93,7 +95,7 @@ pub(crate) struct Bands<S: Scalar> {
 
 impl<S: Scalar> Bands<S> {
     pub(crate) fn new() -> Self {
-        let levels = Levels { largest: 0.0, grids: [None; LEVELS_MAX] };
+        let levels = Levels { largest: 0.0, grids: [None; LEVELS_MAX], counts: [0; LEVELS_MAX] };
         Self { levels, bands: Vec::new(), used: 0, anchor: glam::DVec2::ZERO }
     }
 
@@ -168,7 +170,8 @@ impl<S: Scalar> Bands<S> {
                 }
             }
         }
-        self.levels = Levels { largest: radii.1, grids: [None; LEVELS_MAX] };
+        self.levels =
+            Levels { largest: radii.1, grids: [None; LEVELS_MAX], counts: levels.map(|level| level.0) };
         self.used = 0;
         let mut first_sector = 0;
         for (level, &(count, radius_max)) in levels.iter().enumerate().filter(|(_, level)| level.0 > 0) {
@@ -236,10 +239,17 @@ impl<S: Scalar> Bands<S> {
         (0..bands.len()).filter(move |&band| band == 0 || bands[band - 1].level != bands[band].level)
     }
 
-    /// Returns the first band of each level whose spheres are smaller than those of a band.
-    pub(crate) fn smaller_levels(&self, than: usize) -> impl Iterator<Item = usize> + '_ {
-        let level = self.bands[than].level;
-        self.levels().filter(move |&other| self.bands[other].level > level)
+    /// Returns the first band of each other level that the spheres of a band look through for pairs: of two levels the one
+    /// with fewer spheres looks through the other, so that neither a few dwarfs nor a few giants cost all others anything.
+    pub(crate) fn levels_seen_from(&self, band: usize) -> impl Iterator<Item = usize> + '_ {
+        let level = self.bands[band].level;
+        let counts = &self.levels.counts;
+        // Where they are equally many, the smaller spheres look: they have but few sectors to look into.
+        let rank = move |level: usize| (counts[level], std::cmp::Reverse(level));
+        self.levels().filter(move |&other| {
+            let other = self.bands[other].level;
+            other != level && rank(level) < rank(other)
+        })
     }
 
     /// Bytes on the heap.

@@ -52,7 +52,7 @@ impl BroadPhase {
                 near.tested += add_pairs_of_row(bands, number, row, pairs);
                 near.found += pairs.len();
             }
-            for level in bands.smaller_levels(number) {
+            for level in bands.levels_seen_from(number) {
                 for (place, node) in (0u32..).zip(band.base..).take(band.tags.len()) {
                     pairs.clear();
                     near.tested += add_pairs_with_level(bands, level, (node, band.sphere(place)), pairs);

@@ -105,7 +105,7 @@ impl<S: Scalar> Solver<S> {
 /// Whether a runner, at the end of the cycle, overlaps a wall or an object at rest.
 fn overlaps_anything_at_rest<S: Scalar>(runner: &Runner<S>, setting: &Setting<'_, S>) -> bool {
     let (center, reach) = (runner.last.to_dvec2(), (runner.radius + setting.objects.margin).to_f64());
-    if setting.resting.is_empty() && setting.walls.is_clear(center, reach) {
+    if setting.walls.is_clear(center, reach) && setting.resting.is_clear(center, reach) {
         return false;
     }
     let layers = setting.objects.layers[runner.slot as usize];

@@ -100,7 +100,7 @@ impl<S: Scalar> Graph<S> {
             self.tested += add_pairs_of_row(setting.bands, band, row, &mut self.pairs);
             self.judge_pairs(band, setting);
         }
-        self.connect_to_smaller(band, setting);
+        self.connect_to_levels(band, setting);
         self.look_around(band, setting);
         keep_room(&mut self.edges);
         keep_room(&mut self.times);
@@ -110,11 +110,11 @@ impl<S: Scalar> Graph<S> {
         keep_room(&mut self.beside);
     }
 
-    /// The pairs of the spheres of a band with those of the levels below its own.
-    fn connect_to_smaller(&mut self, band: usize, setting: &Setting<'_, S>) {
+    /// The pairs of the spheres of a band with those of the other levels that they look through.
+    fn connect_to_levels(&mut self, band: usize, setting: &Setting<'_, S>) {
         let bands = setting.bands;
         let this = &bands.bands[band];
-        for level in bands.smaller_levels(band) {
+        for level in bands.levels_seen_from(band) {
             for (place, node) in (0u32..).zip(this.base..).take(this.tags.len()) {
                 self.pairs.clear();
                 self.tested +=
@@ -181,13 +181,13 @@ impl<S: Scalar> Graph<S> {
     /// again.
     fn find_beside(&mut self, band: usize, setting: &Setting<'_, S>) {
         let this = &setting.bands.bands[band];
-        let is_empty = setting.resting.is_empty();
         self.beside.resize(this.tags.len(), 0);
         let mut count = 0;
         for (place, (node, tag)) in (0u32..).zip((this.base..).zip(&this.tags)) {
             let sphere = this.sphere(place);
             let center = setting.bands.center(&sphere);
-            let is_clear = is_empty && setting.walls.is_clear(center, f64::from(sphere.radius));
+            let reach = f64::from(sphere.radius);
+            let is_clear = setting.walls.is_clear(center, reach) && setting.resting.is_clear(center, reach);
             self.beside[count] = node;
             count += usize::from(!is_clear | tag.turns());
             if tag.turns() || (setting.is_stepped() && !is_clear) {

@@ -12,6 +12,9 @@ const END: u32 = u32::MAX;
 /// A square is at least this many radii wide, so that few squares meet a circle.
 const RADII_A_SQUARE: f64 = 4.0;
 
+/// The fewest squares of a level: in a smaller table all places of the plane are near each other.
+const SQUARES_MIN: usize = 1 << 12;
+
 /// Lists of slots by the square of their centre, one table for each order of magnitude of radii, so that a giant does
 /// not make all squares large. A change costs the same however many there are, and objects at rest cost a cycle
 /// nothing.
@@ -29,6 +32,8 @@ struct Level {
     exponent: i32,
     squares: Squares,
     heads: Vec<u32>,
+    /// For each square how many are in it and in the eight around it.
+    around: Vec<u32>,
     held: usize,
 }
 
@@ -59,6 +64,8 @@ impl Resting {
         let square = level.square(state);
         let after = self.next[slot as usize];
         level.held -= 1;
+        let Level { squares, around, .. } = level;
+        squares.visit_around(square, |near| around[near] -= 1);
         if level.heads[square] == slot {
             level.heads[square] = after;
             return;
@@ -87,13 +94,16 @@ impl Resting {
         }
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
-        self.levels.iter().all(|level| level.held == 0)
+    /// Returns whether it is plain that nobody comes within `reach` of a point.
+    #[inline]
+    pub(crate) fn is_clear(&self, center: DVec2, reach: f64) -> bool {
+        self.levels.iter().all(|level| level.held == 0 || level.is_clear(center, reach))
     }
 
     /// Bytes on the heap.
     pub(crate) fn bytes(&self) -> usize {
-        let heads: usize = self.levels.iter().map(|level| level.heads.capacity()).sum();
+        let heads: usize =
+            self.levels.iter().map(|level| level.heads.capacity() + level.around.capacity()).sum();
         size_of::<u32>() * (heads + self.next.capacity())
     }
 
@@ -110,19 +120,32 @@ impl Resting {
 
 impl Level {
     fn new(exponent: i32, count: usize) -> Self {
-        let squares = Squares::new(power_of_two(exponent), count);
-        Self { exponent, squares, heads: vec![END; squares.count()], held: 0 }
+        let squares = Squares::new(power_of_two(exponent), count.max(SQUARES_MIN));
+        let count = squares.count();
+        Self { exponent, squares, heads: vec![END; count], around: vec![0; count], held: 0 }
+    }
+
+    #[inline]
+    fn is_clear(&self, center: DVec2, reach: f64) -> bool {
+        let edge = power_of_two(self.exponent);
+        reach + edge / RADII_A_SQUARE <= edge && self.around[self.square_of(center)] == 0
     }
 
     fn square<S: Scalar>(&self, state: &State<S>) -> usize {
-        let center = state.start.to_dvec2();
-        self.squares.place(self.squares.row(center.y), self.squares.column(center.x))
+        self.square_of(state.start.to_dvec2())
+    }
+
+    #[inline]
+    fn square_of(&self, point: DVec2) -> usize {
+        self.squares.place(self.squares.row(point.y), self.squares.column(point.x))
     }
 
     fn link<S: Scalar>(&mut self, slot: u32, state: &State<S>, next: &mut [u32]) {
         let square = self.square(state);
         next[slot as usize] = self.heads[square];
         self.heads[square] = slot;
+        let Self { squares, around, .. } = self;
+        squares.visit_around(square, |near| around[near] += 1);
     }
 
     /// Twice as many squares, so that a list stays short.

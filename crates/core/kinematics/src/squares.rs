@@ -57,6 +57,19 @@ impl Squares {
         ((row << self.column_bits) | column) as usize
     }
 
+    /// Visits the places of a square and of the eight around it.
+    pub(crate) fn visit_around(&self, place: usize, mut visit: impl FnMut(usize)) {
+        let place = u32::try_from(place).expect("places have 32 bits");
+        let (row, column) = (place >> self.column_bits, place & (self.columns() - 1));
+        for down in [self.rows() - 1, 0, 1] {
+            for right in [self.columns() - 1, 0, 1] {
+                let (row, column) =
+                    ((row + down) & (self.rows() - 1), (column + right) & (self.columns() - 1));
+                visit(self.place(row, column));
+            }
+        }
+    }
+
     /// Returns the columns that meet an interval, each once.
     pub(crate) fn columns_from(&self, low: f64, high: f64) -> Wrapped {
         Wrapped::new(low * self.inverse_edge, high * self.inverse_edge, self.columns())

@@ -18,6 +18,10 @@ const SQUARES_A_WALL_MAX: f64 = 512.0;
 /// a square costs 8 bytes and a bit.
 const SQUARES_A_PASSED: f64 = 4.0;
 
+/// The fewest squares of a level: in a smaller table all places of the plane are near each other. As many as a map of 256
+/// tiles has.
+const SQUARES_MIN: f64 = (1u32 << 16) as f64;
+
 /// The most squares of a level: 2^22, 33 MiB.
 const SQUARES_MAX: f64 = (1u32 << 22) as f64;
 
@@ -224,7 +228,7 @@ fn comes_near<S: Scalar>(wall: &Wall<S>, point: DVec2, reach: f64) -> bool {
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a rough number is enough")]
 fn squares_wanted(passed: f64) -> usize {
     let wanted = SQUARES_A_PASSED * passed;
-    (if wanted < SQUARES_MAX { wanted } else { SQUARES_MAX }) as usize
+    between(wanted, SQUARES_MIN, SQUARES_MAX) as usize
 }
 
 /// How many squares of the plane a wall passes, about.
