@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use maniple_protocol::read_replay;
+use maniple_protocol::{Encoding, GridDelta, ServerMessage, encode_server, read_replay};
 use maniple_view::{Positions, Profile, Scalar, Solver};
 
 use crate::commands::{ROOT, fails, file, folder, json, run};
+use crate::matches::{Game, open, scouts};
 
 /// Returns a scenario of two seats on the map of the shipped duel, with some tables of its own.
 fn scenario(folder: &Path, tables: &str) -> String {
@@ -20,6 +21,25 @@ fn scenario(folder: &Path, tables: &str) -> String {
 
 fn text(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).expect("text")
+}
+
+#[test]
+fn positions_on_a_grid_take_fewer_bytes() {
+    let bytes = |tables: &str| {
+        let mut game = Game::new(scouts(tables, &open(), &[8, 8]), &["random", "random"]);
+        let (mut sum, positions) = (0, game.referee.rules().positions);
+        while game.step() {
+            let delta = &game.players[0].delta;
+            let message = GridDelta::of(delta, positions)
+                .map_or_else(|| ServerMessage::Delta(delta.clone()), ServerMessage::GridDelta);
+            sum += encode_server(Encoding::Binary, &message).expect("it is encoded").len();
+        }
+        sum
+    };
+    let exact = bytes("");
+    let grids = [8, 16].map(|bits| bytes(&format!("[view]\npositions = 'grid'\ngrid_bits = {bits}")));
+    println!("bytes told to a seat: exact {exact}, grid of 2^-8 {}, of 2^-16 {}", grids[0], grids[1]);
+    assert!(grids[0] < grids[1] && 10 * grids[1] < 9 * exact, "{exact} {grids:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Deltas whose positions are on a grid, in whole numbers: a third of the bytes of doubles.
+//! Deltas whose positions are on a grid, in whole numbers: fewer bytes than doubles.
 
 use glam::DVec2;
 use maniple_geometry::Cycle;
