@@ -341,15 +341,6 @@ fn is_line_clear<S: Scalar>((from, to): (S::Vector, S::Vector), segment: &Segmen
 
 /// Whether a point is within `reach` of a segment, up to rounding.
 fn is_within<S: Scalar>(point: S::Vector, segment: &Segment<S>, reach: S) -> bool {
-    let (e, q) = (segment.direction(), point - segment.start);
-    let (foot, square) = (e.dot(q), e.dot(e));
-    if foot <= S::ZERO {
-        return q.dot(q) < reach * reach;
-    }
-    if foot >= square {
-        let q = point - segment.end;
-        return q.dot(q) < reach * reach;
-    }
-    let cross = e.cross(q);
-    cross * cross < reach * reach * square
+    let between = segment.nearest(point) - point;
+    between.dot(between) < reach * reach
 }
