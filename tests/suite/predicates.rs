@@ -142,6 +142,46 @@ fn circles_collide_exactly_when_they_come_nearer_than_touching() {
 }
 
 #[test]
+fn circles_collide_in_single_precision_exactly_when_they_come_nearer_than_touching() {
+    let narrow = |number: f64| f32::from_f64(number);
+    let mut answers = [0, 0];
+    for mut random in questions("circles that come to touch at the end of the window, in single precision") {
+        let (r, s) = (narrow(random.between(0.1, 2.0)), narrow(random.between(0.1, 2.0)));
+        let (from, to) = (narrow(random.between(0.0, 0.5)), 1.0);
+        let velocity = point(&mut random, 4.0);
+        let away = point(&mut random, 1.0);
+        let last = away * (f64::from(r + s) / away.dot(away).sqrt());
+        let moving = |point: DVec2, velocity: DVec2| Piece::<f32> {
+            point: point.as_vec2(),
+            velocity: velocity.as_vec2(),
+            since: 0.0,
+            until: 1.0,
+            goal: None,
+        };
+        let (one, other) = (moving(DVec2::ZERO, DVec2::ZERO), moving(last - velocity, velocity));
+        let at = |time: f32| {
+            let (point, velocity) = (other.point.as_dvec2(), other.velocity.as_dvec2());
+            Exact::of(point).plus(&Exact::of(velocity), &number(f64::from(time)))
+        };
+        let reach = number(f64::from(r)) + number(f64::from(s));
+        let reach = &reach * &reach;
+        let (before, after, w) = (at(from), at(to), Exact::of(other.velocity.as_dvec2()));
+        if before.dot(&before) < reach {
+            continue;
+        }
+        let expected = before.dot(&w) < Rational::ZERO
+            && w.dot(&w) * &reach > before.cross(&w) * before.cross(&w)
+            && (after.dot(&w) >= Rational::ZERO || after.dot(&after) < reach);
+        let window = Window { from, to, skin: 1e-3 };
+        let found =
+            circle_contact(Mover { piece: &one, radius: r }, Mover { piece: &other, radius: s }, window);
+        assert_eq!(found.is_some(), expected, "{one:?} {r} {other:?} {s} {from}..{to}");
+        answers[usize::from(expected)] += 1;
+    }
+    assert!(answers.iter().all(|&count| count > QUESTIONS / 20), "{answers:?}");
+}
+
+#[test]
 fn a_circle_collides_with_a_segment_exactly_when_it_comes_nearer_than_touching() {
     let mut answers = [0, 0];
     for mut random in questions("circles that graze a segment up to 8 ulp") {
@@ -151,10 +191,16 @@ fn a_circle_collides_with_a_segment_exactly_when_it_comes_nearer_than_touching()
         if !piece.is_moving() || piece.since > from {
             continue;
         }
-        // The wall ends where the way grazes, or runs along it.
-        let end = still.position(from);
-        let way = if random.chance(0.3) { piece.velocity } else { point(&mut random, 3.0) };
-        let other = end + way * random.between(0.1, 2.0);
+        // Where the way grazes the wall ends, or goes by: along the way, across its end, or anyhow.
+        let touched = still.position(from);
+        let across = piece.position(to) - touched;
+        let way = match random.below(4) {
+            0 => piece.velocity,
+            1 => DVec2::new(-across.y, across.x),
+            _ => point(&mut random, 3.0),
+        };
+        let other = touched + way * random.between(0.1, 2.0);
+        let end = if random.chance(0.5) { touched } else { touched - way * random.between(0.1, 2.0) };
         let segment = Segment::new(end, other);
         let (before, after) = (place(&piece, from), place(&piece, to));
         let (a, b) = (Exact::of(end), Exact::of(other));

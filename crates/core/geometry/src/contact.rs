@@ -83,11 +83,17 @@ impl<S: Scalar> Straight<S> {
 #[inline]
 #[must_use]
 pub fn straight_contact<S: Scalar>(a: &Straight<S>, b: &Straight<S>, skin: S) -> Option<S> {
-    let glance = glance(a, b, (skin, skin));
-    let enters =
-        if glance.is_sure { glance.time < S::INFINITY } else { enters_exactly_straight(a, b, S::ZERO) };
+    let enters = encounter_of(a, b).enters(1.0).unwrap_or_else(|| enters_exactly_straight(a, b, S::ZERO));
     let (d, w) = (b.point - a.point, b.velocity - a.velocity);
     enters.then(|| bounded(entry(d, w, (a.radius + b.radius + skin, skin)), S::ONE))
+}
+
+/// Two circles that go straight on, at the start of the cycle.
+#[inline]
+fn encounter_of<S: Scalar>(a: &Straight<S>, b: &Straight<S>) -> Encounter {
+    let d = b.point.to_dvec2() - a.point.to_dvec2();
+    let w = b.velocity.to_dvec2() - a.velocity.to_dvec2();
+    Encounter::new(d, w, 0.0, a.radius.to_f64() + b.radius.to_f64())
 }
 
 /// How many pairs [`Couples`] holds.
@@ -181,13 +187,7 @@ pub struct Glance<S: Scalar = f64> {
 #[must_use]
 pub fn glance<S: Scalar>(a: &Straight<S>, b: &Straight<S>, (skin, margin): (S, S)) -> Glance<S> {
     let (d, w) = (b.point - a.point, b.velocity - a.velocity);
-    let encounter = Encounter::new(
-        b.point.to_dvec2() - a.point.to_dvec2(),
-        b.velocity.to_dvec2() - a.velocity.to_dvec2(),
-        0.0,
-        a.radius.to_f64() + b.radius.to_f64(),
-    );
-    let verdict = encounter.verdict(1.0);
+    let verdict = encounter_of(a, b).verdict(1.0);
     let reach = a.radius + b.radius + skin;
     let time = bounded(entry(d, w, (reach, skin)), S::ONE);
     let (end, near) = (d + w, a.radius + b.radius + margin);
@@ -211,7 +211,7 @@ pub fn still_contact<S: Scalar>(still: &Straight<S>, b: &Straight<S>, (from, ski
         place_error(point, velocity),
         still.radius.to_f64() + b.radius.to_f64(),
     );
-    let Verdict { mut enters, stays_away } = encounter.verdict((S::ONE - from).to_f64());
+    let Verdict { mut enters, stays_away } = encounter.verdict(span(from, S::ONE));
     let time = bounded(from + entry(d, w, (still.radius + b.radius + skin, skin)), S::ONE);
     if !(enters | stays_away) {
         enters = enters_exactly_straight(&Straight { velocity: S::Vector::zero(), ..*still }, b, from);
@@ -253,7 +253,7 @@ pub fn segment_contact<S: Scalar>(
         None
     } else {
         let radius = circle.radius.to_f64();
-        Passage::new(piece.on_line(from), (to - from).to_f64(), segment).enters(radius)
+        Passage::new(piece.on_line(from), span(from, to), segment).enters(radius)
     };
     let collides = plain.unwrap_or_else(|| enters_segment_exactly(circle, segment, window));
     collides.then(|| bounded(from + segment_entry(start, piece.velocity, segment, (reach, skin)), to))
@@ -298,7 +298,7 @@ fn enters<S: Scalar>(a: Mover<'_, S>, b: Mover<'_, S>, window: Window<S>) -> boo
     let radii = (a.radius.to_f64(), b.radius.to_f64());
     if !a.piece.ends_in_goal(to) && !b.piece.ends_in_goal(to) {
         let before = Pair::new(a.piece.on_line(from), b.piece.on_line(from), radii);
-        if let Some(enters) = before.enters_plainly((to - from).to_f64()) {
+        if let Some(enters) = before.enters_plainly(span(from, to)) {
             return enters;
         }
     }
@@ -402,6 +402,11 @@ fn is_far_from_segment<S: Scalar>(start: S::Vector, way: S::Vector, segment: &Se
     };
     apart(start.x(), way.x(), segment.start.x(), segment.end.x())
         || apart(start.y(), way.y(), segment.start.y(), segment.end.y())
+}
+
+/// How long it is from one time to another, rounded as `f64` in every scalar, which the bounds of the decisions count on.
+fn span<S: Scalar>(from: S, to: S) -> f64 {
+    to.to_f64() - from.to_f64()
 }
 
 fn bounded<S: Scalar>(time: S, to: S) -> S {
