@@ -163,12 +163,13 @@ impl Tracker {
         delta.vanished.sort_unstable();
     }
 
-    /// Newcomers get their handles in the order of (y, x, layers), which says nothing but what is seen.
+    /// Newcomers get their handles in the order of (y, x, layers), which says nothing but what is seen. On a grid, too, it is
+    /// their true place that counts: several may share a point of the grid, and then only who they are could order them.
     fn appear(&mut self, cycle: Cycle, sightings: &[Sighting], delta: &mut Delta) {
         let mut newcomers: Vec<(&Sighting, Base)> = sightings
             .iter()
             .filter(|sighting| !self.tracked.contains_key(&sighting.object))
-            .map(|sighting| (sighting, self.eyes.positions.rounded(sighting.base.refreshed(cycle))))
+            .map(|sighting| (sighting, sighting.base.refreshed(cycle)))
             .collect();
         newcomers.sort_by(|(a, base_a), (b, base_b)| {
             (base_a.point.y.total_cmp(&base_b.point.y))
@@ -176,6 +177,7 @@ impl Tracker {
                 .then(a.layers.cmp(&b.layers))
         });
         for (sighting, base) in newcomers {
+            let base = self.eyes.positions.rounded(base);
             let handle = Handle(self.next_handle);
             self.next_handle += 1;
             let own = sighting.owner == self.eyes.seat;
@@ -309,6 +311,21 @@ mod tests {
             println!("{bits} bits: told {told} times in 340 cycles");
             assert!((2..=7).contains(&told), "{bits} bits: told {told} times");
         }
+    }
+
+    #[test]
+    fn newcomers_on_one_point_of_the_grid_are_told_alike_whoever_is_where() {
+        let told = |swapped: bool| {
+            let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Grid { bits: 0 });
+            let speeds = [0.25, 0.5].map(|speed| DVec2::new(speed, 0.0));
+            let one = sighting(Seat(1), base(DVec2::new(2.1, 3.1), 0, 0.0, speeds[0]));
+            let other = sighting(Seat(1), base(DVec2::new(1.6, 3.2), 0, 0.0, speeds[1]));
+            let mut sightings = if swapped { [other, one] } else { [one, other] };
+            sightings[1].object = ObjectId(sightings[0].object.0 + 1);
+            tracker.update(Cycle(0), &sightings, &[], vec![]).appeared
+        };
+        assert_eq!(told(false), told(true));
+        assert_eq!(told(false)[0].base.point, told(false)[1].base.point);
     }
 
     #[test]
