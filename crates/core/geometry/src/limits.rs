@@ -65,7 +65,8 @@ pub enum NumberError {
     },
 }
 
-/// The numbers that a world declares when it is made; they never change, and nothing else decides the skin.
+/// The numbers that a world declares when it is made; they never change. The skin follows from them and
+/// from nothing else, unless a world is asked for another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     coordinate_max: f64,

@@ -235,8 +235,8 @@ impl Passage {
         Self { start, span, ends: (segment.start.to_dvec2(), segment.end.to_dvec2()) }
     }
 
-    /// Whether the circle comes nearer than touching, if it does not overlap the segment at the start. `None` where rounded
-    /// numbers cannot tell, or the feet go from one part to another.
+    /// Whether the circle comes nearer than touching. `None` where rounded numbers cannot tell, the feet go from one part to
+    /// another, or the circle does not plainly stay off the segment at the start.
     ///
     /// Along the segment it does if `e × q`, from its side at the start, falls below `r |e|`; else where it comes nearer
     /// than touching to the end beside which it is.
@@ -259,10 +259,10 @@ impl Passage {
             return self.enters_end(self.ends.1, (place, error), radius);
         }
         let sides = (e.perp_dot(before), e.perp_dot(after));
+        let touching = radius * square.sqrt();
         let is_along = (least > product_error)
             & (most < square * (1.0 - 8.0 * U) - product_error)
-            & (sides.0.abs() > product_error);
-        let touching = radius * square.sqrt();
+            & (sides.0.abs() > touching + product_error + 8.0 * U * touching);
         let depth = touching - if sides.0 > 0.0 { sides.1 } else { -sides.1 };
         let depth_error = product_error + 8.0 * U * touching;
         (is_along & (depth.abs() > depth_error)).then_some(depth > 0.0)
