@@ -1,4 +1,4 @@
-//! What lies ahead in a component, by time.
+//! What lies ahead in a block of components, by time.
 
 use std::cmp::{Ordering, Reverse};
 use std::collections::BinaryHeap;

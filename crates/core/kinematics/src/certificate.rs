@@ -30,7 +30,7 @@ impl<S: Scalar> Solver<S> {
             let (a, b) = self.edges[edge];
             let (first, second) = (&self.runners[a as usize], &self.runners[b as usize]);
             if circles_overlap::<S>(first.last, first.radius, second.last, second.radius) {
-                self.judge((a, b), setting.skin);
+                self.judge((a, b), setting.rounding);
             }
         }
         setting.walls.fetch(self.beside.iter().map(|&index| self.runners[index as usize].last.to_dvec2()));
@@ -47,7 +47,9 @@ impl<S: Scalar> Solver<S> {
 
     /// Pulls all who failed back, and finds out who fails then.
     fn pull_back(&mut self, setting: &Setting<'_, S>) {
-        let mut failed = std::mem::take(&mut self.failed);
+        std::mem::swap(&mut self.failed, &mut self.pulled);
+        self.failed.clear();
+        let mut failed = std::mem::take(&mut self.pulled);
         let mut suspects = std::mem::take(&mut self.suspects);
         failed.sort_unstable();
         failed.dedup();
@@ -64,7 +66,7 @@ impl<S: Scalar> Solver<S> {
         suspects.sort_unstable();
         suspects.dedup();
         for &edge in &suspects {
-            self.judge(self.edges[edge as usize], setting.skin);
+            self.judge(self.edges[edge as usize], setting.rounding);
         }
         for &runner in &failed {
             if overlaps_anything_at_rest(&self.runners[runner as usize], setting) {
@@ -72,10 +74,11 @@ impl<S: Scalar> Solver<S> {
             }
         }
         self.suspects = suspects;
+        self.pulled = failed;
     }
 
     /// Adds who of a pair has to be pulled back, if it fails.
-    fn judge(&mut self, (a, b): (u32, u32), skin: S) {
+    fn judge(&mut self, (a, b): (u32, u32), rounding: S) {
         let (first, second) = (&self.runners[a as usize], &self.runners[b as usize]);
         if circles_overlap::<S>(first.last, first.radius, second.last, second.radius) {
             let advances = |runner: &Runner<S>, way: S::Vector| {
@@ -94,7 +97,7 @@ impl<S: Scalar> Solver<S> {
             self.failed.extend(other.then_some(b));
             return;
         }
-        if first.retreats + second.retreats > 0 && passes_through(first, second, skin, &self.arena) {
+        if first.retreats + second.retreats > 0 && passes_through(first, second, rounding, &self.arena) {
             // Who was pulled back rests in the other's way; the other must not have passed.
             let later = if first.end > second.end { a } else { b };
             self.failed.push(later);
@@ -123,12 +126,13 @@ fn overlaps_anything_at_rest<S: Scalar>(runner: &Runner<S>, setting: &Setting<'_
 }
 
 /// Whether one of two passes through the other after that was pulled back to its final place, deeper than rounding
-/// explains: nearer than touching by more than half a skin.
-fn passes_through<S: Scalar>(first: &Runner<S>, second: &Runner<S>, skin: S, arena: &[Stage<S>]) -> bool {
+/// explains: nearer than touching by more than half the skin that follows from the limits, which is far below any radius.
+fn passes_through<S: Scalar>(first: &Runner<S>, second: &Runner<S>, rounding: S, arena: &[Stage<S>]) -> bool {
     let from = first.end.lesser(second.end);
     if from >= S::ONE {
         return false;
     }
-    let shrunk = |runner: &Runner<S>| Runner { radius: runner.radius - skin * S::from_f64(0.25), ..*runner };
+    let shrunk =
+        |runner: &Runner<S>| Runner { radius: runner.radius - rounding * S::from_f64(0.25), ..*runner };
     first_contact(&shrunk(first), &shrunk(second), (from, S::ZERO), arena).is_some()
 }

@@ -256,6 +256,7 @@ impl<S: Scalar> World<S> {
             walls: &self.walls,
             bands: &self.bands,
             skin: self.skin,
+            rounding: self.limits.skin(),
             settings: self.settings,
             is_layered: self.is_layered,
         }

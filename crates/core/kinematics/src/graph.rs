@@ -31,6 +31,8 @@ pub(crate) struct Setting<'a, S: Scalar> {
     pub(crate) walls: &'a Walls<S>,
     pub(crate) bands: &'a Bands<S>,
     pub(crate) skin: S,
+    /// The skin that follows from the limits, whatever the settings ask for: no rounding is larger.
+    pub(crate) rounding: S,
     pub(crate) settings: Settings,
     /// Whether there are objects or walls that share no layer.
     pub(crate) is_layered: bool,

@@ -50,6 +50,7 @@ pub(crate) struct Solver<S: Scalar> {
     pub(crate) touched: Vec<u32>,
     pub(crate) suspects: Vec<u32>,
     pub(crate) failed: Vec<u32>,
+    pub(crate) pulled: Vec<u32>,
     /// What became of the runners of all blocks that were solved in this cycle.
     pub(crate) outcome: Outcome<S>,
 }
@@ -71,6 +72,7 @@ impl<S: Scalar> Solver<S> {
             touched: Vec::new(),
             suspects: Vec::new(),
             failed: Vec::new(),
+            pulled: Vec::new(),
             outcome: Outcome::new(),
         }
     }
@@ -91,6 +93,7 @@ impl<S: Scalar> Solver<S> {
         make_room(&mut self.touched, room);
         make_room(&mut self.suspects, room);
         make_room(&mut self.failed, room);
+        make_room(&mut self.pulled, room);
         self.agenda.make_room(3 * room);
     }
 
@@ -127,7 +130,8 @@ impl<S: Scalar> Solver<S> {
     pub(crate) fn bytes(&self) -> usize {
         let words = self.links.capacity() + self.link_starts.capacity() + self.generation.capacity();
         let words = words + self.touched.capacity() + self.beside.capacity() + 2 * self.loose.capacity();
-        size_of::<u32>() * (words + self.suspects.capacity() + self.failed.capacity())
+        size_of::<u32>()
+            * (words + self.suspects.capacity() + self.failed.capacity() + self.pulled.capacity())
             + size_of::<Runner<S>>() * self.runners.capacity()
             + size_of::<Stage<S>>() * self.arena.capacity()
             + size_of::<Edge>() * self.edges.capacity()
