@@ -43,7 +43,7 @@ impl Positions {
             Self::Exact => coordinate,
             Self::Grid(bits) => {
                 let lines = f64::from(1u32 << bits);
-                (coordinate * lines).round() / lines
+                (coordinate * lines + 0.5).floor() / lines
             }
         }
     }
@@ -54,7 +54,7 @@ impl Positions {
         match self {
             Self::Exact => 8,
             Self::Grid(bits) => {
-                let line = (coordinate * f64::from(1u32 << bits)).round();
+                let line = (coordinate * f64::from(1u32 << bits) + 0.5).floor();
                 let zigzag = if line < 0.0 { -2.0 * line - 1.0 } else { 2.0 * line };
                 if zigzag <= 250.0 {
                     1
