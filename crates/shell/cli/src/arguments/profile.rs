@@ -29,7 +29,7 @@ pub(crate) struct ProfileArguments {
     #[arg(long, value_enum)]
     certify: Option<Switch>,
     /// Distance above touching at which a colliding unit stops, 0 to 1 world units
-    #[arg(long, value_name = "UNITS", value_parser = skin)]
+    #[arg(long, value_name = "UNITS", allow_negative_numbers = true, value_parser = skin)]
     skin: Option<f64>,
     /// What clients are told of positions: doubles, or multiples of 2^-BITS world units
     #[arg(long, value_enum)]
