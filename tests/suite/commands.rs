@@ -249,7 +249,7 @@ fn a_match_repeats_to_the_bit_and_its_replay_verifies() {
         (&first["seed"], &first["cycles"], &first["replay"]),
         (&9.into(), &150.into(), &replay.clone().into())
     );
-    for key in ["scenario", "winner", "scores", "cycles_per_second"] {
+    for key in ["scenario", "winners", "scores", "cycles_per_second"] {
         assert!(first.get(key).is_some(), "{key} is not in {first}");
     }
     let verdict = json(&["replay", "verify", &replay, "--json"]);

@@ -299,6 +299,6 @@ fn is_in_sight(game: &Game, eye: (&View, Handle), seen: (&View, Handle)) -> bool
         let unit_type = view.object(handle).unwrap().unit_type;
         (view.position(handle).unwrap(), types[usize::from(unit_type.0)].clone())
     });
-    let reach = eye_type.radius + seen_type.radius + eye_type.sight;
+    let reach = eye_type.shape.radius() + seen_type.shape.radius() + eye_type.sight;
     from.distance_squared(to) <= reach * reach
 }

@@ -31,7 +31,7 @@ fn straight_brings_most_units_home_in_each_shipped_scenario() {
         for score in &played.result.scores {
             println!("{path}: {score:?} after {}", played.result.cycles);
             assert!(
-                f64::from(score.arrived) >= least * f64::from(score.units),
+                f64::from(score.tally.arrived) >= least * f64::from(score.tally.units),
                 "{path}: {:?}",
                 played.result
             );
@@ -100,17 +100,17 @@ fn the_text_on_scenarios_has_an_example_that_loads_and_names_every_key() {
 fn nobody_moves_and_the_match_ends_as_a_draw_at_its_length() {
     let played = play(tiny("", &open()), &["idle", "idle"]);
     assert_eq!(played.result.reason, EndReason::Length);
-    assert_eq!((played.result.winner, played.result.cycles), (None, Cycle(160)));
+    assert_eq!((played.result.winners, played.result.cycles), (vec![], Cycle(160)));
     assert_eq!(played.hashes.len(), 161);
 }
 
 #[test]
 fn who_brings_all_units_home_against_an_idle_seat_wins_at_the_length() {
     let played = play(tiny("", &open()), &["idle", "straight"]);
-    assert_eq!(played.result.winner, Some(Seat(1)));
+    assert_eq!(played.result.winners, [Seat(1)]);
     let score = &played.result.scores[1];
-    assert_eq!((score.arrived, score.units), (3, 3));
-    assert!(score.arrival_sum > 0 && !score.resigned);
+    assert_eq!((score.tally.arrived, score.tally.units), (3, 3));
+    assert!(score.tally.arrival_sum > 0 && !score.resigned);
 }
 
 #[test]
@@ -139,7 +139,7 @@ fn who_resigns_loses_and_is_refused_from_then_on() {
     assert_eq!(game.players[0].delta.died.len(), 3);
     assert_eq!(game.players[1].delta.died.len(), 3);
     let result = game.referee.result().unwrap();
-    assert_eq!((result.reason, result.winner), (EndReason::Resigned, Some(Seat(1))));
+    assert_eq!((result.reason, &result.winners[..]), (EndReason::Resigned, &[Seat(1)][..]));
 }
 
 #[test]

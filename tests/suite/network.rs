@@ -304,7 +304,7 @@ async fn results_carry_the_numbers_of_their_commands_however_many_there_are() {
     let numbers: Vec<u32> = delta.results.iter().map(|result| result.seq).collect();
     assert_eq!(numbers, (0..=10_000).collect::<Vec<u32>>());
     let Event::Ended(result) = a.next().await.unwrap() else { panic!("who resigns ends the match") };
-    assert_eq!(result.winner, Some(Seat(1)));
+    assert_eq!(result.winners, [Seat(1)]);
     drop((a, b));
     arena.outcome().await;
 }

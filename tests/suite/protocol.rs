@@ -14,10 +14,11 @@ use maniple_protocol::{
     read_replay,
 };
 use maniple_view::{
-    Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult, Delta, Digest,
-    EndReason, Handle, MatchResult, Moved, Objective, Outcome, Positions, Profile, Refusal, Rules, Scalar,
-    Score, Seat, Sequenced, Solver, StopReason, Stopped, Stops, Terrain, UnitType, UnitTypeId, View,
-    WAYPOINTS_MAX, Zone,
+    Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
+    Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode,
+    Moved, Objective, Outcome, Own, Positions, Profile, Refusal, Rules, Scalar, Score, Seat, Sequenced,
+    Shape, Shot, Solver, Splash, Status, StopReason, Stopped, Stops, Tally, Task, Terrain, UnitType,
+    UnitTypeId, View, WAYPOINTS_MAX, Weapon, Zone,
 };
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -221,12 +222,16 @@ fn welcome() -> Welcome {
             scenario: "race".to_owned(),
             cycles_max: 1000,
             players: vec!["Ada".to_owned()],
-            unit_types: vec![UnitType { name: "scout".to_owned(), radius: 0.4, speed: 0.25, sight: 6.0 }],
+            unit_types: vec![scout(), barracks()],
             stops: Stops::Both,
             skin: 1e-9,
             waypoints_max: 64,
             commands_a_cycle_max: 16_384,
             objective: Objective::Race { zones: vec![zone] },
+            teams: vec![0],
+            friendly_fire: true,
+            objects_max: 4096,
+            training_max: 5,
             fog: true,
             positions: Positions::Exact,
         },
@@ -239,14 +244,95 @@ fn welcome() -> Welcome {
     }
 }
 
+/// A unit type with everything that one can have.
+fn scout() -> UnitType {
+    let weapon = Weapon {
+        range: 4.0,
+        range_min: 1.0,
+        cooldown: 8,
+        damage_min: 5,
+        damage_max: 7,
+        splash: Some(Splash { radius: 0.9375, falloff: Falloff::Linear }),
+        targets: vec![Layer::Ground, Layer::Air],
+    };
+    UnitType {
+        name: "scout".to_owned(),
+        shape: Shape::Circle { radius: 0.4 },
+        layer: Layer::Ground,
+        speed: 0.25,
+        sight: 6.0,
+        hit_points: Some(60),
+        armor: 1,
+        weapon: Some(weapon.clone()),
+        alternate: Some(Alternate {
+            name: "siege".to_owned(),
+            switch_cycles: 16,
+            speed: 0.0,
+            armor: 2,
+            weapon: Some(weapon),
+        }),
+        harvest: Some(Harvest { load_max: 10, cycles_each: 4 }),
+        patch_places: None,
+        takes_loads: false,
+        making: Making { cost: 50, cycles: 80, requires: vec![UnitTypeId(1)] },
+        trains: vec![],
+        builds: vec![UnitTypeId(1)],
+    }
+}
+
+/// A building: a unit type with as little as one can have.
+fn barracks() -> UnitType {
+    UnitType {
+        name: "barracks".to_owned(),
+        shape: Shape::Rectangle { width: 4.0, height: 3.0 },
+        layer: Layer::Air,
+        speed: 0.0,
+        sight: 8.0,
+        hit_points: None,
+        armor: 0,
+        weapon: None,
+        alternate: None,
+        harvest: None,
+        patch_places: Some(4),
+        takes_loads: true,
+        making: Making::default(),
+        trains: vec![UnitTypeId(0)],
+        builds: vec![],
+    }
+}
+
+fn status() -> Status {
+    Status { hit_points: Some(60), amount: Some(1000), mode: Mode::Switching, action: Action::Gather }
+}
+
+fn own() -> Own {
+    Own {
+        queued: 64,
+        task: Task::Gather,
+        load: 9,
+        ready: Cycle(300),
+        training: Some(UnitTypeId(1)),
+        waiting: 2,
+        due: Some(Cycle(380)),
+    }
+}
+
 /// A delta on a grid.
 fn grid_delta() -> GridDelta {
     let spot = |x, y, ago, fraction| Spot { x, y, ago, fraction };
     GridDelta {
         cycle: Cycle(300),
         appeared: vec![
-            (Handle(7), UnitTypeId(1), Seat(1), spot(12_345, -678, 0, 0), Pace { x: -300, y: 0 }, None),
-            (Handle(8), UnitTypeId(0), Seat(0), spot(0, 1, 300, 0), Pace { x: 0, y: 0 }, Some(2)),
+            (
+                Handle(7),
+                UnitTypeId(1),
+                Some(Seat(1)),
+                spot(12_345, -678, 0, 0),
+                Pace { x: -300, y: 0 },
+                Status::default(),
+                None,
+            ),
+            (Handle(8), UnitTypeId(0), None, spot(0, 1, 300, 0), Pace { x: 0, y: 0 }, status(), Some(own())),
         ],
         moved: vec![(Handle(3), spot(1 << 40, 63, 0, 0), Pace { x: 98_304, y: -1 })],
         stopped: vec![(Handle(5), spot(64, -64, 1, 256), Some(StopReason::Segment))],
@@ -264,12 +350,13 @@ fn delta() -> Delta {
         fraction: 0.75,
         velocity: DVec2::new(0.1, -0.0),
     };
-    let appeared = |object: u32, queued| Appeared {
+    let appeared = |object: u32, owner, own| Appeared {
         object: Handle(object),
         unit_type: UnitTypeId(0),
-        owner: Seat(1),
+        owner,
         base,
-        queued,
+        status: status(),
+        own,
     };
     let reasons = [
         None,
@@ -287,16 +374,35 @@ fn delta() -> Delta {
         fraction: 1.0 / 3.0,
         reason,
     };
+    let ends = [
+        EndOfTask::Done,
+        EndOfTask::Blocked,
+        EndOfTask::Lost,
+        EndOfTask::Empty,
+        EndOfTask::NoRoom,
+        EndOfTask::NotAffordable,
+        EndOfTask::Missing,
+        EndOfTask::TooMany,
+    ];
     Delta {
         cycle: Cycle(300),
         results: (1..).zip(outcomes()).map(|(seq, outcome)| CommandResult { seq, outcome }).collect(),
         revealed: vec![(0, 0, '.'), (255, 1, '@'), (4095, 4095, '4')],
-        appeared: vec![appeared(70_000, None), appeared(70_001, Some(64))],
+        appeared: vec![appeared(70_000, None, None), appeared(70_001, Some(Seat(1)), Some(own()))],
         moved: vec![Moved { object: Handle(3), base }],
         stopped: handles(10..17).zip(reasons).map(stopped).collect(),
         vanished: handles(20..23).collect(),
         died: handles(250..253).collect(),
-        changed: vec![Changed { object: Handle(12), queued: 0 }],
+        changed: vec![
+            Changed { object: Handle(12), status: Some(Status::default()), own: None },
+            Changed { object: Handle(13), status: None, own: Some(Own::default()) },
+        ],
+        shots: vec![
+            Shot { object: Handle(12), target: Some(Handle(300)) },
+            Shot { object: Handle(14), target: None },
+        ],
+        ended: ends.into_iter().map(|why| Ended { object: Handle(12), task: Task::Build, why }).collect(),
+        stock: Some(600),
         check: Digest(u64::MAX - 1),
     }
 }
@@ -313,6 +419,16 @@ fn outcomes() -> Vec<Outcome> {
         Refusal::TooManyCommands { max: 16_384 },
         Refusal::StartInPast { now: Cycle(299) },
         Refusal::Out,
+        Refusal::UnknownTarget,
+        Refusal::BadTarget,
+        Refusal::Busy,
+        Refusal::NotAffordable { cost: 600, stock: 599 },
+        Refusal::Missing { unit_type: UnitTypeId(1) },
+        Refusal::TrainingFull { max: 5 },
+        Refusal::TooManyObjects { max: 4096 },
+        Refusal::NothingToCancel,
+        Refusal::BadPlace,
+        Refusal::NothingToReturn,
     ];
     let applied = Outcome::Applied { cycle: Cycle(299), late: 2 };
     let refused = refusals.into_iter().map(|reason| Outcome::Refused { reason });
@@ -323,13 +439,24 @@ fn result() -> MatchResult {
     let score = |seat: u16, name: &str| Score {
         seat: Seat(seat),
         name: name.to_owned(),
-        arrived: 3,
-        units: 4,
-        arrival_sum: 1 << 33,
+        team: seat,
+        points: 3,
+        tally: Tally {
+            units: 4,
+            arrived: 3,
+            arrival_sum: 1 << 33,
+            gathered: 251,
+            made: 5,
+            units_destroyed: 6,
+            buildings_destroyed: 7,
+            units_lost: 8,
+            buildings_lost: 9,
+            last_building: Cycle(999),
+        },
         resigned: seat == 1,
     };
     MatchResult {
-        winner: Some(Seat(0)),
+        winners: vec![Seat(0)],
         reason: EndReason::Resigned,
         cycles: Cycle(1000),
         scores: vec![score(0, "Ada"), score(1, "Émile 漢")],

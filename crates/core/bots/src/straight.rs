@@ -84,17 +84,23 @@ impl Bot for Straight {
     }
 
     fn on_start(&mut self, seat: Seat, rules: &Rules, terrain: &Terrain) {
-        let Objective::Race { zones } = &rules.objective;
         let mut radius_max = 0.0;
         for unit_type in &rules.unit_types {
-            if unit_type.speed > 0.0 && unit_type.radius > radius_max {
-                radius_max = unit_type.radius;
+            if unit_type.speed > 0.0 && unit_type.shape.radius() > radius_max {
+                radius_max = unit_type.shape.radius();
             }
         }
         self.seat = seat;
         self.can_move = rules.unit_types.iter().map(|unit_type| unit_type.speed > 0.0).collect();
         self.size = DVec2::new(f64::from(terrain.width), f64::from(terrain.height));
-        self.zone = zones.iter().find(|zone| zone.seat == seat).copied();
+        self.zone = match &rules.objective {
+            Objective::Race { zones } => zones.iter().find(|zone| zone.seat == seat).copied(),
+            Objective::Resources { .. }
+            | Objective::Kills
+            | Objective::Buildings
+            | Objective::LastStanding
+            | Objective::Survive { .. } => None,
+        };
         self.slots = self.zone.map(|zone| slots(&zone, radius_max)).unwrap_or_default();
     }
 
@@ -148,7 +154,9 @@ fn within(value: f64, end: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use maniple_view::{Appeared, Base, Positions, Stops, UnitType, UnitTypeId};
+    use maniple_view::{
+        Appeared, Base, Layer, Making, Own, Positions, Shape, Status, Stops, UnitType, UnitTypeId,
+    };
 
     use super::*;
 
@@ -174,9 +182,10 @@ mod tests {
         let at = |object: u32, x: f64, velocity: DVec2| Appeared {
             object: Handle(object),
             unit_type: UnitTypeId(0),
-            owner: Seat(0),
+            owner: Some(Seat(0)),
             base: Base { velocity, point: DVec2::new(x, 5.0), ..base },
-            queued: Some(0),
+            status: Status::default(),
+            own: Some(Own::default()),
         };
         let mut view = View::new();
         let mut delta = Delta {
@@ -199,12 +208,32 @@ mod tests {
         assert!(matches!(again[0], Command::Move { object: Handle(0), x, .. } if x <= 2.0), "{again:?}");
     }
 
+    fn scout() -> UnitType {
+        UnitType {
+            name: "a".to_owned(),
+            shape: Shape::Circle { radius: 0.25 },
+            layer: Layer::Ground,
+            speed: 1.0,
+            sight: 1.0,
+            hit_points: None,
+            armor: 0,
+            weapon: None,
+            alternate: None,
+            harvest: None,
+            patch_places: None,
+            takes_loads: false,
+            making: Making::default(),
+            trains: vec![],
+            builds: vec![],
+        }
+    }
+
     fn rules() -> Rules {
         Rules {
             scenario: "tiny".to_owned(),
             cycles_max: 100,
             players: vec![],
-            unit_types: vec![UnitType { name: "a".to_owned(), radius: 0.25, speed: 1.0, sight: 1.0 }],
+            unit_types: vec![scout()],
             stops: Stops::Both,
             skin: 0.0,
             waypoints_max: 64,
@@ -212,6 +241,10 @@ mod tests {
             objective: Objective::Race {
                 zones: vec![Zone { seat: Seat(0), min: DVec2::new(16.0, 4.0), max: DVec2::new(18.0, 6.0) }],
             },
+            teams: vec![0],
+            friendly_fire: false,
+            objects_max: 100,
+            training_max: 5,
             fog: false,
             positions: Positions::Exact,
         }

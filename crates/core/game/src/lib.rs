@@ -6,6 +6,7 @@
 mod keyed;
 mod load;
 mod placement;
+mod room;
 mod rules;
 pub mod scenario;
 mod vision;
@@ -14,6 +15,6 @@ mod world;
 pub use keyed::{Purpose, keyed};
 pub use load::{FILES_MAX, Files, LoadError, Loaded, LoadedFile, load};
 pub use placement::{PlaceError, START_GAP, Setup, StartUnit};
-pub use rules::{Ending, Tally};
+pub use rules::Ending;
 pub use scenario::{Overrides, Scenario, ScenarioError, Stall};
 pub use world::{Part, World, WorldError};

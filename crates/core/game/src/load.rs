@@ -9,9 +9,9 @@ use maniple_view::Terrain;
 use thiserror::Error;
 
 use crate::placement::{PlaceError, Setup};
-use crate::scenario::{Overrides, Problem, Scenario, ScenarioError};
+use crate::scenario::{Draft, Overrides, Problem, Scenario, ScenarioError, Source};
 
-/// Most files that a match is made of: the scenario, the map, and its tilesets.
+/// Most files that a match is made of: the scenario, its unit types, the map, and its tilesets.
 pub const FILES_MAX: usize = 64;
 
 /// The start of a match, and all that it was made of.
@@ -68,7 +68,7 @@ pub enum LoadError {
         /// Why.
         problem: String,
     },
-    /// A scenario that is not UTF-8.
+    /// A scenario or a file of unit types that is not UTF-8.
     #[error("{path}: not UTF-8 after byte {valid}")]
     NotText {
         /// The file.
@@ -115,12 +115,16 @@ pub enum LoadError {
 /// See [`LoadError`]; each names the file.
 pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) -> Result<Loaded, LoadError> {
     let recorder = Recorder { files, read: RefCell::default() };
-    let text = String::from_utf8(recorder.read(scenario_path)?).map_err(|error| LoadError::NotText {
-        path: scenario_path.to_owned(),
-        valid: error.utf8_error().valid_up_to(),
-    })?;
+    let text = recorder.read_text(scenario_path)?;
     overrides.check().map_err(|problem| LoadError::Override { path: scenario_path.to_owned(), problem })?;
-    let scenario = Scenario::read_with(scenario_path, &text, overrides)?;
+    let draft = Draft::parse(Source { name: scenario_path, text: &text })?;
+    let unit_paths: Vec<String> =
+        draft.unit_files().map(|path| joined(folder(scenario_path), path)).collect();
+    let unit_texts =
+        unit_paths.iter().map(|path| recorder.read_text(path)).collect::<Result<Vec<String>, _>>()?;
+    let sources: Vec<Source<'_>> =
+        unit_paths.iter().zip(&unit_texts).map(|(name, text)| Source { name, text }).collect();
+    let scenario = draft.checked(&sources, overrides)?;
     let map_path = match &overrides.map {
         Some(path) => path.clone(),
         None => joined(folder(scenario_path), &scenario.map),
@@ -146,6 +150,13 @@ struct Recorder<'a> {
 }
 
 impl Recorder<'_> {
+    fn read_text(&self, path: &str) -> Result<String, LoadError> {
+        String::from_utf8(self.read(path)?).map_err(|error| LoadError::NotText {
+            path: path.to_owned(),
+            valid: error.utf8_error().valid_up_to(),
+        })
+    }
+
     fn read(&self, path: &str) -> Result<Vec<u8>, LoadError> {
         self.resolve(path).map_err(|problem| LoadError::File { path: path.to_owned(), problem })
     }

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use maniple_geometry::{Cycle, Segment};
-use maniple_tilemap::{Area, Regions, TileMap, place_far_apart, regions};
+use maniple_tilemap::{Area, Regions, Resource, TileMap, place_far_apart, regions};
 use maniple_view::{Seat, UnitTypeId, Zone};
 use thiserror::Error;
 
 use crate::keyed::{Purpose, keyed};
-use crate::scenario::{Group, Objective, Scenario};
+use crate::room::{Rings, is_nearer, is_open, tile_of};
+use crate::scenario::{Group, HarvestRule, Objective, Scenario};
 
 /// Least distance of a unit from walls and other units at the start, in world units: room to turn, and far above
 /// any skin.
@@ -18,21 +19,24 @@ pub const START_GAP: f64 = 1.0 / 16.0;
 /// The start of a match.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
-    /// The units, by seat and in the order of its groups; the place in this list is the number of the object.
+    /// The units, by seat and in the order of its groups, then those of nobody: resources in the order of the map, and neutral units.
+    /// The place in this list is the number of the object.
     pub units: Vec<StartUnit>,
-    /// The zone of each seat, in order of the seats.
+    /// The zone of each seat, in order of the seats; none where the match is no race.
     pub zones: Vec<Zone>,
 }
 
 /// A unit at the start.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StartUnit {
-    /// Whose it is.
-    pub seat: Seat,
+    /// Whose it is; `None`: nobody's.
+    pub seat: Option<Seat>,
     /// Its type.
     pub unit_type: UnitTypeId,
     /// Its centre, in world units.
     pub position: DVec2,
+    /// Resources in it; 0 for all but patches.
+    pub amount: u32,
 }
 
 /// Why the units of a scenario do not fit on a map.
@@ -73,6 +77,29 @@ pub enum PlaceError {
         /// How many it has.
         units: u32,
     },
+    /// A resource of the map lies where no patch can be.
+    #[error(
+        "the resource at ({}, {}) has no room for a patch of radius {radius}: a wall or another patch is too near; \
+         move it, or give the patch a smaller radius",
+        .position.x,
+        .position.y
+    )]
+    PatchBlocked {
+        /// Where it is, in world units.
+        position: DVec2,
+        /// The radius of a patch, in world units.
+        radius: f64,
+    },
+    /// The map has no room for all neutral units.
+    #[error(
+        "there is room for {placed} of the {units} neutral units of a group; lower the count, or take a larger map"
+    )]
+    NoRoomForNeutral {
+        /// How many of the group found room.
+        placed: usize,
+        /// How many it has.
+        units: u32,
+    },
 }
 
 impl Setup {
@@ -88,17 +115,58 @@ impl Setup {
         let seats: Vec<Seat> = (0..).map(Seat).take(scenario.seats.len()).collect();
         let (spawns, zones) = places(scenario, map, &seats)?;
         let mut room = Room::new(scenario, map);
+        let patches = patches(scenario, map, &mut room)?;
         let mut units = Vec::new();
         for (&seat, spawns) in seats.iter().zip(&spawns) {
             let groups = &scenario.seats[seat.index()].groups;
             for (&Group { unit_type, count }, &spawn) in groups.iter().zip(spawns.iter().cycle()) {
-                let radius = scenario.unit_types[usize::from(unit_type.0)].radius;
-                let positions = room.take(seat, spawn, radius, count)?;
-                units.extend(positions.into_iter().map(|position| StartUnit { seat, unit_type, position }));
+                let radius = scenario.unit_types[usize::from(unit_type.0)].shape.radius();
+                let label = room.label(spawn).ok_or(PlaceError::SpawnBlocked { seat, position: spawn })?;
+                let positions = room.take(label, spawn, radius, count);
+                if positions.len() < count as usize {
+                    return Err(PlaceError::NoRoom { seat, placed: positions.len(), units: count });
+                }
+                let unit = |position| StartUnit { seat: Some(seat), unit_type, position, amount: 0 };
+                units.extend(positions.into_iter().map(unit));
             }
         }
+        units.extend(patches);
+        units.extend(neutral(scenario, &mut room)?);
         Ok(Self { units, zones })
     }
+}
+
+/// Returns the patches, which are where the map has resources.
+fn patches(scenario: &Scenario, map: &TileMap, room: &mut Room<'_>) -> Result<Vec<StartUnit>, PlaceError> {
+    let Some(HarvestRule { patch }) = scenario.harvest else { return Ok(Vec::new()) };
+    let radius = scenario.unit_types[usize::from(patch.0)].shape.radius();
+    let place = |resource: &Resource| {
+        let position = resource.position;
+        if !room.is_free(position, radius) {
+            return Err(PlaceError::PatchBlocked { position, radius });
+        }
+        room.occupy(position, radius);
+        Ok(StartUnit { seat: None, unit_type: patch, position, amount: resource.amount })
+    };
+    map.resources().iter().map(place).collect()
+}
+
+/// Returns the neutral units, each near a tile that is chosen from the seed.
+fn neutral(scenario: &Scenario, room: &mut Room<'_>) -> Result<Vec<StartUnit>, PlaceError> {
+    let mut units = Vec::new();
+    let Some(neutral) = &scenario.neutral else { return Ok(units) };
+    let mut index = 0;
+    for &Group { unit_type, count } in &neutral.groups {
+        let radius = scenario.unit_types[usize::from(unit_type.0)].shape.radius();
+        for placed in 0..count as usize {
+            index += 1;
+            let position = (room.open_tile(scenario.seed, index))
+                .and_then(|(label, center)| room.take(label, center, radius, 1).first().copied())
+                .ok_or(PlaceError::NoRoomForNeutral { placed, units: count })?;
+            units.push(StartUnit { seat: None, unit_type, position, amount: 0 });
+        }
+    }
+    Ok(units)
 }
 
 /// Returns the spawns, at least one, and the zone of each seat.
@@ -109,14 +177,14 @@ fn places(
 ) -> Result<(Vec<Vec<DVec2>>, Vec<Zone>), PlaceError> {
     let spawns: Vec<Vec<DVec2>> = seats.iter().map(|&seat| map_spawns(map, seat)).collect();
     let areas: Vec<Option<Area>> = seats.iter().map(|&seat| map_zone(map, seat)).collect();
-    let is_whole = !spawns.iter().any(Vec::is_empty) && areas.iter().all(Option::is_some);
+    let needs_zones = matches!(scenario.objective, Objective::Race { .. });
+    let is_whole = !spawns.iter().any(Vec::is_empty) && (!needs_zones || areas.iter().all(Option::is_some));
     let placed = if is_whole {
         Vec::new()
     } else {
-        let seed = keyed(scenario.seed, Cycle(0), Seat(0), 0, Purpose::Placement);
+        let seed = keyed(scenario.seed, Cycle(0), Some(Seat(0)), 0, Purpose::Placement);
         place_far_apart(map, 2 * seats.len(), seed).ok_or(PlaceError::TooSmall { seats: seats.len() })?
     };
-    let Objective::Race { zone_size } = scenario.objective;
     let mut for_zones = placed.get(seats.len()..).unwrap_or_default().to_vec();
     let mut all_spawns = Vec::new();
     let mut zones = Vec::new();
@@ -124,9 +192,12 @@ fn places(
         if spawns.is_empty() {
             spawns.push(placed[seat.index()]);
         }
-        let area = area.unwrap_or_else(|| square(map, take_farthest(&mut for_zones, spawns[0]), zone_size));
+        if let Objective::Race { zone_size } = scenario.objective {
+            let chosen = || square(map, take_farthest(&mut for_zones, spawns[0]), zone_size);
+            let Area { min, max } = area.unwrap_or_else(chosen);
+            zones.push(Zone { seat, min, max });
+        }
         all_spawns.push(spawns);
-        zones.push(Zone { seat, min: area.min, max: area.max });
     }
     Ok((all_spawns, zones))
 }
@@ -178,8 +249,8 @@ impl<'a> Room<'a> {
     fn new(scenario: &Scenario, map: &'a TileMap) -> Self {
         let mut radius_max = 0.0;
         for unit_type in &scenario.unit_types {
-            if unit_type.radius > radius_max {
-                radius_max = unit_type.radius;
+            if unit_type.shape.radius() > radius_max {
+                radius_max = unit_type.shape.radius();
             }
         }
         Self {
@@ -191,25 +262,39 @@ impl<'a> Room<'a> {
         }
     }
 
-    /// Takes room around a spawn: on the points of a lattice as wide as the units, from the spawn outwards, ties by
-    /// y, then x.
-    fn take(&mut self, seat: Seat, spawn: DVec2, radius: f64, units: u32) -> Result<Vec<DVec2>, PlaceError> {
-        let label = self.label(spawn).ok_or(PlaceError::SpawnBlocked { seat, position: spawn })?;
+    /// Takes room for as many units as fit around a point of a region, at most `units`: on the points of a lattice as wide
+    /// as the units, from the point outwards, ties by y, then x.
+    fn take(&mut self, label: u32, around: DVec2, radius: f64, units: u32) -> Vec<DVec2> {
         let spacing = 2.0 * radius + START_GAP;
         let across = f64::from(self.map.width()) + f64::from(self.map.height());
         let mut points = Rings::new(across / spacing);
         let mut positions = Vec::new();
         while positions.len() < units as usize {
-            let Some((x, y)) = points.next() else {
-                return Err(PlaceError::NoRoom { seat, placed: positions.len(), units });
-            };
-            let point = spawn + DVec2::new(f64::from(x), f64::from(y)) * spacing;
+            let Some((x, y)) = points.next() else { break };
+            let point = around + DVec2::new(f64::from(x), f64::from(y)) * spacing;
             if self.label(point) == Some(label) && self.is_free(point, radius) {
-                self.taken.entry(self.bucket_of(point)).or_default().push((point, radius));
+                self.occupy(point, radius);
                 positions.push(point);
             }
         }
-        Ok(positions)
+        positions
+    }
+
+    fn occupy(&mut self, point: DVec2, radius: f64) {
+        self.taken.entry(self.bucket_of(point)).or_default().push((point, radius));
+    }
+
+    /// Returns the region and the centre of the `index`th tile of those that are chosen from the seed; `None` where the map has
+    /// no open tile.
+    fn open_tile(&self, seed: u64, index: u32) -> Option<(u32, DVec2)> {
+        let tiles = self.map.tiles().len() as u64;
+        let chosen = keyed(seed, Cycle(0), None, index, Purpose::Placement) % tiles;
+        let center = |tile: u64| {
+            let width = u64::from(self.map.width());
+            DVec2::new((tile % width) as f64 + 0.5, (tile / width) as f64 + 0.5)
+        };
+        let mut tiles = (chosen..tiles).chain(0..chosen).map(center);
+        tiles.find_map(|center| self.label(center).map(|label| (label, center)))
     }
 
     /// Returns the region of the tile that a point is on; `None` where there is none.
@@ -219,19 +304,12 @@ impl<'a> Room<'a> {
     }
 
     fn is_free(&self, point: DVec2, radius: f64) -> bool {
-        self.is_open(point, radius + START_GAP)
+        is_open(self.map, point, DVec2::splat(radius + START_GAP))
             && self.free_walls.iter().all(|wall| !is_nearer(point, wall, radius + START_GAP))
             && self.near(point).all(|(other, other_radius)| {
                 let gap = radius + other_radius + START_GAP;
                 other.distance_squared(point) >= gap * gap
             })
-    }
-
-    /// Returns whether all tiles under the square around a point are open; no wall of a tile is nearer then.
-    fn is_open(&self, point: DVec2, reach: f64) -> bool {
-        let Some((left, top)) = tile_of(point - DVec2::splat(reach)) else { return false };
-        let Some((right, bottom)) = tile_of(point + DVec2::splat(reach)) else { return false };
-        (top..=bottom).all(|y| (left..=right).all(|x| self.map.is_passable(x, y)))
     }
 
     fn near(&self, point: DVec2) -> impl Iterator<Item = (DVec2, f64)> {
@@ -252,93 +330,11 @@ impl<'a> Room<'a> {
     }
 }
 
-/// Returns the tile that a point is on; `None` left of or above the map.
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative; saturates")]
-fn tile_of(point: DVec2) -> Option<(u32, u32)> {
-    (point.x >= 0.0 && point.y >= 0.0).then_some((point.x as u32, point.y as u32))
-}
-
-/// Returns whether a point is nearer to a segment than `reach`.
-fn is_nearer(point: DVec2, segment: &Segment, reach: f64) -> bool {
-    let direction = segment.direction();
-    let offset = point - segment.start;
-    let along = offset.dot(direction) / direction.dot(direction);
-    let nearest = if along > 1.0 {
-        segment.end
-    } else if along > 0.0 {
-        segment.start + direction * along
-    } else {
-        segment.start
-    };
-    point.distance_squared(nearest) < reach * reach
-}
-
-/// The points of the unit lattice by distance from the origin, ties by y, then x.
-struct Rings {
-    /// Points within `inner` have been given; those that wait are within `outer`, the nearest last.
-    inner: i32,
-    outer: i32,
-    end: i32,
-    waiting: Vec<(i32, i32)>,
-}
-
-impl Rings {
-    /// Returns the points of a disc, a little more than `radius` wide.
-    #[expect(clippy::cast_possible_truncation, reason = "saturates, and is limited")]
-    fn new(radius: f64) -> Self {
-        /// Beyond it the square of a distance would not fit into 32 bits.
-        const RADIUS_MAX: i32 = 32_000;
-        let end = (radius.floor() as i32).min(RADIUS_MAX) + 1;
-        Self { inner: -1, outer: 0, end, waiting: vec![(0, 0)] }
-    }
-
-    /// Waits for the points of a ring a quarter wider than all before.
-    fn widen(&mut self) {
-        self.inner = self.outer;
-        self.outer = (self.inner + self.inner / 4 + 4).min(self.end);
-        let (inner, outer) = (self.inner * self.inner, self.outer * self.outer);
-        let side = -self.outer..=self.outer;
-        self.waiting = side
-            .clone()
-            .flat_map(|y| side.clone().map(move |x| (x, y)))
-            .filter(|&(x, y)| (inner + 1..=outer).contains(&(x * x + y * y)))
-            .collect();
-        self.waiting.sort_by_key(|&(x, y)| std::cmp::Reverse((x * x + y * y, y, x)));
-    }
-}
-
-impl Iterator for Rings {
-    type Item = (i32, i32);
-
-    fn next(&mut self) -> Option<(i32, i32)> {
-        while self.waiting.is_empty() && self.outer < self.end {
-            self.widen();
-        }
-        self.waiting.pop()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::world::tests::files;
     use crate::{Loaded, Overrides, load};
-
-    #[test]
-    fn the_lattice_is_walked_outwards_and_each_point_once() {
-        let points: Vec<(i32, i32)> = Rings::new(12.0).collect();
-        let keys: Vec<(i32, i32, i32)> = points.iter().map(|&(x, y)| (x * x + y * y, y, x)).collect();
-        assert!(keys.is_sorted());
-        let mut sorted = points.clone();
-        sorted.sort_unstable();
-        sorted.dedup();
-        assert_eq!(sorted.len(), points.len());
-        let side = -13..=13;
-        let disc =
-            side.clone().flat_map(|y| side.clone().map(move |x| x * x + y * y)).filter(|&d| d <= 169).count();
-        assert_eq!(points.len(), disc);
-        assert_eq!(points[..5], [(0, 0), (0, -1), (-1, 0), (1, 0), (0, 1)]);
-    }
 
     #[test]
     fn units_stand_clear_of_walls_and_of_each_other() {
@@ -347,7 +343,7 @@ mod tests {
             loaded(rows, "groups = [{ unit = 'a', count = 16 }, { unit = 'b', count = 2 }]").unwrap();
         assert_eq!(loaded.setup.units.len(), 36);
         let types = &loaded.scenario.unit_types;
-        let radius = |unit: &StartUnit| types[usize::from(unit.unit_type.0)].radius;
+        let radius = |unit: &StartUnit| types[usize::from(unit.unit_type.0)].shape.radius();
         for (place, unit) in loaded.setup.units.iter().enumerate() {
             for wall in loaded.map.segments() {
                 assert!(!is_nearer(unit.position, &wall, radius(unit) + START_GAP), "{unit:?} {wall:?}");
@@ -364,7 +360,7 @@ mod tests {
         let rows = "........................\n".repeat(24);
         let loaded = loaded(&rows, "groups = [{ unit = 'a', count = 1 }]").unwrap();
         for zone in &loaded.setup.zones {
-            let spawn = loaded.setup.units.iter().find(|unit| unit.seat == zone.seat).unwrap().position;
+            let spawn = loaded.setup.units.iter().find(|unit| unit.seat == Some(zone.seat)).unwrap().position;
             let center = (zone.min + zone.max) / 2.0;
             assert!(spawn.distance(center) > 12.0, "{spawn} {zone:?}");
             assert!(zone.min.x >= 0.0 && zone.max.x <= 24.0 && zone.min.x < zone.max.x);

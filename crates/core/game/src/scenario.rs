@@ -6,12 +6,14 @@ mod file;
 mod nearest;
 mod overrides;
 mod profile;
+mod units;
 
 use std::time::Duration;
 
 use maniple_geometry::Cycle;
 use maniple_view::{Profile, Stops, UnitType, UnitTypeId};
 
+pub(crate) use check::{Draft, Source};
 pub use error::{Problem, ScenarioError};
 pub use file::Stall;
 pub use overrides::Overrides;
@@ -56,6 +58,9 @@ pub const GROUPS_MAX: usize = UNIT_TYPES_MAX;
 /// Most units of a seat: a cycle takes four commands for each.
 pub const UNITS_MAX: u32 = 4096;
 
+/// Most units that a building trains or has waiting.
+pub const TRAINING_MAX: u32 = 5;
+
 /// How far a unit sees where a scenario does not say, in world units, hull to hull.
 pub const SIGHT_DEFAULT: f64 = 8.0;
 
@@ -64,6 +69,42 @@ pub const SIGHT_MIN: f64 = 1.0 / 1024.0;
 
 /// Edge of a zone that a map does not give, where a scenario does not say, in tiles.
 pub const ZONE_SIZE_DEFAULT: f64 = 8.0;
+
+/// Most files of unit types.
+pub const UNIT_FILES_MAX: usize = 16;
+
+/// Largest of the whole numbers of a unit type and of a stock: sums of 4,096 of them fit into 32 bits.
+pub const COUNT_MAX: u32 = 1_000_000;
+
+/// Longest cooldown, switch, pause and time of making, in seconds: an hour.
+pub const SECONDS_MAX: f64 = 3600.0;
+
+/// Shortest range of a weapon, in world units: above the skin of doubles, so that who touches a target can hit it.
+pub const RANGE_MIN: f64 = 1.0 / 64.0;
+
+/// Shortest side of a rectangle, in world units.
+pub const SIDE_MIN: f64 = 1.0 / 16.0;
+
+/// Longest side of a rectangle, in world units.
+pub const SIDE_MAX: f64 = 64.0;
+
+/// What it takes to make a unit where its type does not say, in seconds.
+pub const MAKE_SECONDS_DEFAULT: f64 = 10.0;
+
+/// How far neutral units wander where a scenario does not say, in world units.
+pub const WANDER_DEFAULT: f64 = 4.0;
+
+/// Shortest way that neutral units wander at most, in world units.
+pub const WANDER_MIN: f64 = 1.0 / 16.0;
+
+/// Longest way that neutral units wander at most, in world units.
+pub const WANDER_MAX: f64 = 4096.0;
+
+/// How long neutral units rest in the mean where a scenario does not say, in seconds.
+pub const PAUSE_SECONDS_DEFAULT: f64 = 4.0;
+
+/// Largest number of a team.
+pub const TEAM_MAX: u16 = 63;
 
 /// Longest edge of a placed zone, in tiles: that of the largest map.
 pub const ZONE_SIZE_MAX: f64 = maniple_tilemap::SIZE_MAX as f64;
@@ -89,6 +130,16 @@ pub struct Scenario {
     pub clock: Clock,
     /// What seats see; `None`: everything.
     pub vision: Option<Vision>,
+    /// How units fight; `None`: they do not.
+    pub combat: Option<Combat>,
+    /// How units gather; `None`: they do not.
+    pub harvest: Option<HarvestRule>,
+    /// Whether units are made.
+    pub production: bool,
+    /// Whether units have modes.
+    pub modes: bool,
+    /// Who belongs to nobody and wanders; `None`: nobody does.
+    pub neutral: Option<Neutral>,
     /// What the match is about.
     pub objective: Objective,
     /// The unit types, by name; a [`UnitTypeId`] is the place in this list.
@@ -98,22 +149,13 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// Returns the scenario that `text` holds; `name` is that of its file and only used in errors.
+    /// Returns the scenario that `text` holds, with no unit types but its own; `name` is that of its file and only used in errors.
     ///
     /// # Errors
     /// A text that is not TOML, an unknown or missing key, a number out of range, a group of an unknown unit type:
     /// with file, line and column, and the nearest known name where there is one.
     pub fn read(name: &str, text: &str) -> Result<Self, ScenarioError> {
-        Self::read_with(name, text, &Overrides::default())
-    }
-
-    /// As [`Scenario::read`], but with what is asked for instead of what `text` says. Speeds stay what they are a second,
-    /// whatever the rate.
-    ///
-    /// # Errors
-    /// As [`Scenario::read`]; the overrides have been checked.
-    pub(crate) fn read_with(name: &str, text: &str, overrides: &Overrides) -> Result<Self, ScenarioError> {
-        check::read(name, text, overrides)
+        Draft::parse(Source { name, text })?.checked(&[], &Overrides::default())
     }
 }
 
@@ -140,13 +182,54 @@ pub enum TerrainKnowledge {
     Known,
 }
 
-/// What a match is about.
+/// How units fight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Combat {
+    /// Whether splash hurts objects of the same team, too.
+    pub friendly_fire: bool,
+}
+
+/// How units gather.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HarvestRule {
+    /// The type of the resources on the map.
+    pub patch: UnitTypeId,
+}
+
+/// Who belongs to nobody and wanders.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Neutral {
+    /// The units, at least one.
+    pub groups: Vec<Group>,
+    /// Half the edge of the square around a unit in which it chooses its next goal, in world units.
+    pub wander: f64,
+    /// Cycles that a unit rests in the mean; at least one.
+    pub pause: u32,
+}
+
+/// What a match is about; see [`maniple_view::Objective`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Objective {
     /// The units of each seat must reach its zone.
     Race {
         /// Edge of the zones that the map does not give, in world units.
         zone_size: f64,
+    },
+    /// Who gathers most.
+    Resources {
+        /// Resources with which a team wins at once.
+        goal: Option<u32>,
+    },
+    /// Who destroys most units.
+    Kills,
+    /// Who destroys most buildings.
+    Buildings,
+    /// Who is the last to have units or buildings.
+    LastStanding,
+    /// Whether a team survives.
+    Survive {
+        /// The team.
+        team: u16,
     },
 }
 
@@ -155,6 +238,10 @@ pub enum Objective {
 pub struct SeatStart {
     /// The bot that plays the seat where nobody else does; `None` where none is named.
     pub bot: Option<String>,
+    /// Its team, 0 to [`TEAM_MAX`]; the seat's own number where the scenario does not say.
+    pub team: u16,
+    /// Its resources.
+    pub stock: u32,
     /// Its units, at least one.
     pub groups: Vec<Group>,
 }

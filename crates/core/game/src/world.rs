@@ -1,31 +1,33 @@
 //! The world of a match: kinematics, and what the scenario adds to it.
 
+mod command;
 mod field;
 mod order;
 mod part;
+mod state;
+mod unit;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use maniple_geometry::{Cycle, NumberError, ObjectId};
+use maniple_geometry::{Cycle, Moment, NumberError, ObjectId};
 use maniple_kinematics::{self as kinematics, EventKind};
-use maniple_tilemap::TileMap;
 use maniple_view::{
-    COMMANDS_A_CYCLE_MAX, Command, Digest, Objective, Refusal, Rules, Seat, Sighting, Stop, UnitTypeId,
-    WAYPOINTS_MAX,
+    COMMANDS_A_CYCLE_MAX, Command, Digest, EndOfTask, Objective, Refusal, Rules, Seat, Sighting, Stop, Tally,
+    Task, WAYPOINTS_MAX,
 };
 use thiserror::Error;
 use twox_hash::XxHash3_64;
 
 use crate::load::Loaded;
-use crate::placement::StartUnit;
-use crate::rules::{Ending, Race, Tally};
-use crate::scenario::Scenario;
-use crate::vision::{Visible, seen_by_each};
-use crate::world::field::{Field, LAYERS};
+use crate::rules::objective::{self, Ending, Left, Standing};
+use crate::rules::{Race, combat, harvest, modes, neutral, production};
+use crate::scenario::{self, TRAINING_MAX, UNITS_MAX};
+use crate::vision::{Sight, Visible};
 
 pub use part::Part;
+pub(crate) use state::{SeatState, State};
+pub(crate) use unit::{Job, Stay, Unit};
 
 /// Why a start is not one of a world.
 #[derive(Debug, Error)]
@@ -49,55 +51,43 @@ pub enum WorldError {
         /// What is wrong with it.
         problem: kinematics::InsertError,
     },
+    /// A rectangular building.
+    #[error("building {object}: {problem}; move the spawn, or make the unit type smaller")]
+    Building {
+        /// Its number.
+        object: ObjectId,
+        /// What is wrong with it.
+        problem: kinematics::WallError,
+    },
 }
 
 /// The world of a match.
 ///
 /// Commands change it between cycles, [`World::step`] goes on by one. Everything that a seat may know comes out of
-/// [`World::sightings`] and [`World::died`].
+/// [`World::sightings`], [`World::died`], [`World::shots`], [`World::ended`] and [`World::stock`].
 pub struct World {
-    map: Arc<TileMap>,
-    scenario: Arc<Scenario>,
-    kinematics: Field,
-    /// By object number; a dead one keeps its place.
-    objects: Vec<Object>,
-    race: Race,
+    state: State,
+    /// Where the match is a race.
+    race: Option<Race>,
+    /// Who belongs to nobody and wanders.
+    wanderers: Vec<ObjectId>,
     /// Who resigned in this cycle; their objects die at its end.
     leaving: Vec<Seat>,
-    stops: BTreeMap<ObjectId, Stop>,
-    died: Vec<ObjectId>,
+    /// What happened in the last cycle.
+    news: News,
     /// Every living object, by number.
     sightings: Vec<Sighting>,
-    sight: Sight,
     ending: Option<Ending>,
-    /// Wrapping sum of one hash for each living object, arrival, and seat that is out: rest costs nothing.
-    sum: u64,
     hash: Digest,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Object {
-    owner: Seat,
-    unit_type: UnitTypeId,
-    is_alive: bool,
-}
-
-/// What each seat sees, and saw at the start of the last cycle, in ascending order.
-enum Sight {
-    /// Everything.
-    Perfect,
-    Fog {
-        now: Vec<Vec<ObjectId>>,
-        before: Vec<Vec<ObjectId>>,
-    },
-}
-
-/// What goes into the sum of the state; the number keeps equal fields of different kinds apart.
-#[derive(Clone, Copy)]
-enum Fact {
-    Lives = 1,
-    Arrived = 2,
-    Out = 3,
+/// What happened in a cycle.
+#[derive(Debug, Default)]
+struct News {
+    /// By number.
+    died: Vec<ObjectId>,
+    shots: Vec<(ObjectId, Option<ObjectId>)>,
+    ended: Vec<(ObjectId, Task, EndOfTask)>,
 }
 
 impl World {
@@ -106,50 +96,48 @@ impl World {
     /// # Errors
     /// See [`WorldError`]: a map or scenario beyond what kinematics can work with.
     pub fn new(loaded: &Loaded) -> Result<Self, WorldError> {
-        let scenario = &loaded.scenario;
-        let kinematics = Field::new(loaded)?;
-        let objects: Vec<Object> = loaded.setup.units.iter().map(Object::new).collect();
-        let race = Race::new(&loaded.setup.zones, objects.iter().map(|object| object.owner));
-        let sight = match scenario.vision {
-            None => Sight::Perfect,
-            Some(_) => {
-                let nothing = vec![Vec::new(); scenario.seats.len()];
-                Sight::Fog { now: nothing.clone(), before: nothing }
+        let mut state = State::new(loaded)?;
+        let setup = &loaded.setup;
+        for unit in &setup.units {
+            state.add(unit)?;
+            if let Some(seat) = unit.seat {
+                let seat = &mut state.seats[seat.index()];
+                seat.has += 1;
+                seat.tally.units += 1;
             }
-        };
+        }
+        let is_race = matches!(state.scenario.objective, scenario::Objective::Race { .. });
+        let is_wanderer =
+            |&object: &ObjectId| state.units.at(object).owner.is_none() && state.speed(object) > 0.0;
+        let wanderers = state.units.alive().map(|(object, _)| object).filter(is_wanderer).collect();
         let mut world = Self {
-            map: Arc::clone(&loaded.map),
-            scenario: Arc::clone(scenario),
-            kinematics,
-            objects,
-            race,
+            race: is_race.then(|| Race::new(&setup.zones, setup.units.len())),
+            wanderers,
             leaving: Vec::new(),
-            stops: BTreeMap::new(),
-            died: Vec::new(),
+            news: News::default(),
             sightings: Vec::new(),
-            sight,
             ending: None,
-            sum: 0,
             hash: Digest(loaded.map.hash()),
+            state,
         };
-        for (number, object) in (0..).zip(&world.objects) {
-            let fact =
-                fact(Fact::Lives, number, u32::from(object.owner.0) << 16 | u32::from(object.unit_type.0));
-            world.sum = world.sum.wrapping_add(fact);
-        }
         world.take_stock();
-        if let Sight::Fog { .. } = world.sight {
-            world.look();
-        }
+        world.look();
         world.chain();
         Ok(world)
     }
 
-    /// Applies a command of a seat to an object at the start of the next cycle to be simulated.
+    /// Applies a command of a seat to an object at the start of the next cycle to be simulated; `target` is the object in the
+    /// seat's view that it is aimed at.
     ///
     /// # Errors
     /// Why it was refused; nothing has changed then. An object of another seat is an unknown handle.
-    pub fn command(&mut self, seat: Seat, object: ObjectId, command: &Command) -> Result<(), Refusal> {
+    pub fn command(
+        &mut self,
+        seat: Seat,
+        object: ObjectId,
+        command: &Command,
+        target: Option<ObjectId>,
+    ) -> Result<(), Refusal> {
         if self.is_out(seat) || self.ending.is_some() {
             return Err(Refusal::Out);
         }
@@ -157,22 +145,9 @@ impl World {
             self.resign(seat);
             return Ok(());
         }
-        let owned = self.objects.get(object.0 as usize).filter(|known| known.owner == seat && known.is_alive);
-        let known = *owned.ok_or(Refusal::UnknownHandle)?;
-        let speed_max = self.scenario.unit_types[usize::from(known.unit_type.0)].speed;
-        let ground = order::Ground {
-            width: self.map.width(),
-            height: self.map.height(),
-            limits: *self.kinematics.limits(),
-        };
-        let order = order::parsed(command, speed_max, &ground)?;
-        let taken = match order {
-            order::Order::Go { legs, placement, start } => {
-                self.kinematics.go(object, &legs, placement, start)
-            }
-            order::Order::Halt { start } => self.kinematics.halt(object, start),
-        };
-        taken.map_err(order::refusal)
+        let owned = self.state.units.find(object).filter(|unit| unit.owner == Some(seat) && unit.is_alive);
+        owned.ok_or(Refusal::UnknownHandle)?;
+        command::obey(&mut self.state, object, command, target)
     }
 
     /// Takes a seat out of the match; its objects die at the end of the next cycle to be simulated. Does nothing if
@@ -181,9 +156,8 @@ impl World {
         if self.is_out(seat) || self.ending.is_some() {
             return;
         }
-        self.race.handle_out(seat);
+        self.state.seats[seat.index()].is_out = true;
         self.leaving.push(seat);
-        self.sum = self.sum.wrapping_add(fact(Fact::Out, u32::from(seat.0), self.kinematics.cycle().0));
     }
 
     /// Simulates one cycle.
@@ -198,22 +172,25 @@ impl World {
     /// what a cycle spends its time on.
     pub fn step_by_parts(&mut self, mut done: impl FnMut(Part)) {
         assert!(self.ending.is_none(), "a match that has ended goes on no more");
-        let played = self.kinematics.cycle();
-        self.stops.clear();
-        for event in self.kinematics.step_by_parts(|part| done(Part::Kinematics(part))) {
+        let played = self.state.cycle();
+        let hits = self.set_out();
+        done(Part::Tasks);
+        self.state.stops.clear();
+        for event in self.state.field.step_by_parts(|part| done(Part::Kinematics(part))) {
             if event.rests {
-                self.stops.insert(event.object, stop(event));
+                let moment = Moment { cycle: event.cycle, fraction: event.time };
+                self.state.stops.insert(event.object, (moment, stop(event)));
             }
         }
-        assert_eq!(self.kinematics.cycle(), played.next(), "a step is one cycle");
-        self.count_arrivals(played);
+        assert_eq!(self.state.cycle(), played.next(), "a step is one cycle");
+        self.work(played, hits);
         self.bury();
-        self.ending = self.race.ending(self.kinematics.cycle(), self.scenario.cycles_max);
+        self.conclude();
         self.chain();
         done(Part::Rules);
         self.take_stock();
         done(Part::Sightings);
-        if let Sight::Fog { .. } = self.sight {
+        if let Sight::Fog { .. } = self.state.sight {
             self.look();
             done(Part::Vision);
         }
@@ -222,13 +199,13 @@ impl World {
     /// Returns the cycle at whose start the world is; the next to be simulated.
     #[must_use]
     pub fn cycle(&self) -> Cycle {
-        self.kinematics.cycle()
+        self.state.cycle()
     }
 
     /// Returns all that a seat sees at the start of the present cycle, by object number.
     #[must_use]
     pub fn sightings(&self, seat: Seat) -> Cow<'_, [Sighting]> {
-        match &self.sight {
+        match &self.state.sight {
             Sight::Perfect => Cow::Borrowed(&self.sightings),
             Sight::Fog { now, .. } => {
                 let place = |object| self.sightings.binary_search_by_key(object, |sighting| sighting.object);
@@ -241,35 +218,62 @@ impl World {
     /// Returns the objects that died in the last cycle and that the seat saw at its start, by object number.
     #[must_use]
     pub fn died(&self, seat: Seat) -> Vec<ObjectId> {
-        match &self.sight {
-            Sight::Perfect => self.died.clone(),
-            Sight::Fog { before, .. } => {
-                let before = &before[seat.index()];
-                self.died.iter().filter(|object| before.binary_search(object).is_ok()).copied().collect()
-            }
-        }
+        self.news.died.iter().filter(|&&object| self.state.sight.saw(seat, object)).copied().collect()
+    }
+
+    /// Returns who fired in the last cycle, at whom; `None`: at a point. In no useful order.
+    #[must_use]
+    pub fn shots(&self) -> &[(ObjectId, Option<ObjectId>)] {
+        &self.news.shots
+    }
+
+    /// Returns whose tasks ended in the last cycle, and why, in the order in which they did.
+    #[must_use]
+    pub fn ended(&self) -> &[(ObjectId, Task, EndOfTask)] {
+        &self.news.ended
+    }
+
+    /// Returns the resources of a seat.
+    #[must_use]
+    pub fn stock(&self, seat: Seat) -> u32 {
+        self.state.seats[seat.index()].stock
     }
 
     /// Returns whether a seat has resigned or was forfeited.
     #[must_use]
     pub fn is_out(&self, seat: Seat) -> bool {
-        self.race.tallies()[seat.index()].is_out
+        self.state.seats[seat.index()].is_out
     }
 
     /// Returns how the match has ended; `None` while it goes on.
     #[must_use]
-    pub fn ending(&self) -> Option<Ending> {
-        self.ending
+    pub fn ending(&self) -> Option<&Ending> {
+        self.ending.as_ref()
     }
 
-    /// Returns what each seat has achieved so far, in order of the seats.
+    /// Returns what a seat has done so far.
     #[must_use]
-    pub fn tallies(&self) -> &[Tally] {
-        self.race.tallies()
+    pub fn tally(&self, seat: Seat) -> Tally {
+        self.state.seats[seat.index()].tally
     }
 
-    /// Returns the state hash: the xxh3-64 of the hash before, the cycle, the digest of kinematics and the sum of
-    /// the game's own state, little-endian; the first one is chained to the hash of the map.
+    /// Returns the team of a seat.
+    #[must_use]
+    pub fn team(&self, seat: Seat) -> u16 {
+        self.state.seats[seat.index()].team
+    }
+
+    /// Returns what counts for each seat by the objective, in order of the seats: more is better.
+    #[must_use]
+    pub fn points(&self) -> Vec<u64> {
+        let objective = &self.state.scenario.objective;
+        let left = objective::left(&self.state);
+        let points = |(seat, left): (&SeatState, Left)| objective::points(objective, &seat.tally, left);
+        self.state.seats.iter().zip(left).map(points).collect()
+    }
+
+    /// Returns the state hash: the xxh3-64 of the hash before, the cycle, the digest of kinematics and those of the objects and
+    /// seats, little-endian; the first one is chained to the hash of the map.
     #[must_use]
     pub fn hash(&self) -> Digest {
         self.hash
@@ -278,18 +282,23 @@ impl World {
     /// Returns the rules of the match; `players` are the names, in order of the seats.
     #[must_use]
     pub fn rules(&self, players: Vec<String>) -> Rules {
+        let scenario = &self.state.scenario;
         Rules {
-            scenario: self.scenario.name.clone(),
-            cycles_max: self.scenario.cycles_max.0,
+            scenario: scenario.name.clone(),
+            cycles_max: scenario.cycles_max.0,
             players,
-            unit_types: self.scenario.unit_types.clone(),
-            stops: self.scenario.stops,
-            skin: self.kinematics.skin(),
+            unit_types: scenario.unit_types.clone(),
+            stops: scenario.stops,
+            skin: self.state.field.skin(),
             waypoints_max: count(WAYPOINTS_MAX),
             commands_a_cycle_max: count(COMMANDS_A_CYCLE_MAX),
-            objective: Objective::Race { zones: self.race.zones().to_vec() },
-            fog: self.scenario.vision.is_some(),
-            positions: self.scenario.profile.positions,
+            objective: self.objective(),
+            teams: self.state.seats.iter().map(|seat| seat.team).collect(),
+            friendly_fire: scenario.combat.is_some_and(|combat| combat.friendly_fire),
+            objects_max: UNITS_MAX,
+            training_max: TRAINING_MAX,
+            fog: scenario.vision.is_some(),
+            positions: scenario.profile.positions,
         }
     }
 
@@ -297,100 +306,167 @@ impl World {
     /// rounding can do is a fixed part of it.
     #[must_use]
     pub fn skin_of_limits(&self) -> f64 {
-        self.kinematics.skin_of_limits()
+        self.state.field.skin_of_limits()
     }
 
-    fn alive(&self) -> impl Iterator<Item = (ObjectId, &Object)> {
-        (0..).map(ObjectId).zip(&self.objects).filter(|(_, object)| object.is_alive)
+    fn objective(&self) -> Objective {
+        match self.state.scenario.objective {
+            scenario::Objective::Race { .. } => {
+                Objective::Race { zones: self.race.as_ref().map_or(Vec::new(), |race| race.zones().to_vec()) }
+            }
+            scenario::Objective::Resources { goal } => Objective::Resources { goal },
+            scenario::Objective::Kills => Objective::Kills,
+            scenario::Objective::Buildings => Objective::Buildings,
+            scenario::Objective::LastStanding => Objective::LastStanding,
+            scenario::Objective::Survive { team } => Objective::Survive { team },
+        }
+    }
+
+    /// Lets all who have been told to do something go on at the start of a cycle; returns what is hit in it.
+    fn set_out(&mut self) -> Vec<combat::Hit> {
+        let state = &mut self.state;
+        state.units.settle();
+        let scenario = Arc::clone(&state.scenario);
+        let busy = state.units.busy();
+        let hits = match scenario.combat {
+            Some(_) => combat::fight(state, &busy),
+            None => Vec::new(),
+        };
+        if scenario.harvest.is_some() {
+            harvest::walk(state, &busy);
+        }
+        if scenario.production {
+            production::walk(state, &busy);
+        }
+        if let Some(rule) = &scenario.neutral {
+            neutral::wander(state, rule, &self.wanderers);
+        }
+        hits
+    }
+
+    /// Lets the work of the cycle `played` take effect, which is over.
+    fn work(&mut self, played: Cycle, hits: Vec<combat::Hit>) {
+        let state = &mut self.state;
+        let scenario = Arc::clone(&state.scenario);
+        state.units.settle();
+        let busy = state.units.busy();
+        if scenario.modes {
+            modes::complete(state, &busy);
+        }
+        if scenario.harvest.is_some() {
+            harvest::work(state, played, &busy);
+        }
+        if scenario.production {
+            production::work(state, &busy);
+        }
+        if scenario.combat.is_some() {
+            combat::land(state, hits);
+        }
+        if let Some(race) = &mut self.race {
+            for (object, unit) in state.units.alive() {
+                let Some(owner) = unit.owner.filter(|_| !race.is_settled(object)) else { continue };
+                if race.handle_position(object, owner, state.center(object)) {
+                    let tally = &mut state.seats[owner.index()].tally;
+                    tally.arrived += 1;
+                    tally.arrival_sum += u64::from(played.0);
+                }
+            }
+        }
+    }
+
+    /// Lets the objects of those who leave die, and tells who attacked them.
+    fn bury(&mut self) {
+        let state = &mut self.state;
+        if !self.leaving.is_empty() {
+            let leaves = |unit: &Unit| unit.owner.is_some_and(|owner| self.leaving.contains(&owner));
+            let gone: Vec<ObjectId> =
+                state.units.alive().filter(|(_, unit)| leaves(unit)).map(|(object, _)| object).collect();
+            for object in gone {
+                state.remove(object);
+            }
+            self.leaving.clear();
+        }
+        if !state.died.is_empty() && state.scenario.combat.is_some() {
+            state.units.settle();
+            let busy = state.units.busy();
+            combat::conclude(state, &busy);
+        }
+        self.news.died.clear();
+        self.news.shots.clear();
+        self.news.ended.clear();
+        self.news.died.append(&mut state.died);
+        self.news.shots.append(&mut state.shots);
+        self.news.ended.append(&mut state.ended);
+        self.news.died.sort_unstable();
+        state.units.settle();
+    }
+
+    /// Says how the match has ended, if it has.
+    fn conclude(&mut self) {
+        let state = &self.state;
+        let left = objective::left(state);
+        let standing = Standing {
+            objective: &state.scenario.objective,
+            seats: &state.seats,
+            left: &left,
+            cycles: state.cycle(),
+            cycles_max: state.scenario.cycles_max,
+        };
+        self.ending = standing.ending();
     }
 
     fn sighting(&self, object: ObjectId) -> Sighting {
-        let known = &self.objects[object.0 as usize];
-        let (base, waypoints) = self.kinematics.base(object);
+        let state = &self.state;
+        let unit = state.units.at(object);
+        let (base, waypoints) = state.base(object);
         Sighting {
             object,
-            unit_type: known.unit_type,
-            owner: known.owner,
-            layers: LAYERS.0,
+            unit_type: unit.unit_type,
+            owner: unit.owner,
+            layers: field::layers(state.unit_type(unit.unit_type).layer).0,
             base,
-            stop: self.stops.get(&object).copied(),
-            queued: count(waypoints),
+            stop: state.stops.get(&object).map(|&(_, stop)| stop),
+            status: state.status(object),
+            own: state.own(object, count(waypoints)),
         }
-    }
-
-    fn count_arrivals(&mut self, played: Cycle) {
-        for (object, known) in (0..).map(ObjectId).zip(&self.objects) {
-            if !known.is_alive || self.race.has_arrived(object) {
-                continue;
-            }
-            let center = self.kinematics.center(object);
-            if self.race.handle_position(played, object, known.owner, center) {
-                self.sum = self.sum.wrapping_add(fact(Fact::Arrived, object.0, played.0));
-            }
-        }
-    }
-
-    /// Lets the objects of those who leave die.
-    fn bury(&mut self) {
-        self.died.clear();
-        if self.leaving.is_empty() {
-            return;
-        }
-        for (number, object) in (0..).zip(&mut self.objects) {
-            if !object.is_alive || !self.leaving.contains(&object.owner) {
-                continue;
-            }
-            object.is_alive = false;
-            let lived = u32::from(object.owner.0) << 16 | u32::from(object.unit_type.0);
-            self.sum = self.sum.wrapping_sub(fact(Fact::Lives, number, lived));
-            self.kinematics.remove(ObjectId(number));
-            self.died.push(ObjectId(number));
-        }
-        self.leaving.clear();
     }
 
     /// Takes stock of who is where.
     fn take_stock(&mut self) {
         let mut sightings = std::mem::take(&mut self.sightings);
         sightings.clear();
-        sightings.extend(self.alive().map(|(object, _)| self.sighting(object)));
+        sightings.extend(self.state.units.alive().map(|(object, _)| self.sighting(object)));
         self.sightings = sightings;
     }
 
     /// Takes stock of who sees whom, under fog.
     fn look(&mut self) {
-        let objects: Vec<Visible> = self
-            .alive()
-            .map(|(object, known)| {
-                let unit_type = &self.scenario.unit_types[usize::from(known.unit_type.0)];
-                Visible {
-                    object,
-                    owner: known.owner,
-                    center: self.kinematics.center(object),
-                    radius: unit_type.radius,
-                    sight: unit_type.sight,
-                }
-            })
-            .collect();
-        let seen = seen_by_each(self.scenario.seats.len(), &objects);
-        if let Sight::Fog { now, before } = &mut self.sight {
-            *before = std::mem::replace(now, seen);
+        let state = &mut self.state;
+        if let Sight::Perfect = state.sight {
+            return;
         }
+        let visible = |object: ObjectId| {
+            let kind = state.kind(object);
+            let (team, center) = (state.team(object), state.center(object));
+            Visible { object, team, center, shape: kind.shape, sight: kind.sight }
+        };
+        let objects: Vec<Visible> = state.units.alive().map(|(object, _)| visible(object)).collect();
+        let teams: Vec<u16> = state.seats.iter().map(|seat| seat.team).collect();
+        state.sight.look(&teams, &objects);
     }
 
     fn chain(&mut self) {
-        let mut bytes = [0; 28];
-        bytes[..8].copy_from_slice(&self.hash.0.to_le_bytes());
-        bytes[8..12].copy_from_slice(&self.kinematics.cycle().0.to_le_bytes());
-        bytes[12..20].copy_from_slice(&self.kinematics.digest().to_le_bytes());
-        bytes[20..].copy_from_slice(&self.sum.to_le_bytes());
+        let state = &mut self.state;
+        state.units.settle();
+        let mut bytes = Vec::with_capacity(28 + state.seats.len() * SeatState::BYTES);
+        bytes.extend_from_slice(&self.hash.0.to_le_bytes());
+        bytes.extend_from_slice(&state.field.cycle().0.to_le_bytes());
+        bytes.extend_from_slice(&state.field.digest().to_le_bytes());
+        bytes.extend_from_slice(&state.units.sum().to_le_bytes());
+        for seat in &state.seats {
+            seat.write(&mut bytes);
+        }
         self.hash = Digest(XxHash3_64::oneshot(&bytes));
-    }
-}
-
-impl Object {
-    fn new(unit: &StartUnit) -> Self {
-        Self { owner: unit.seat, unit_type: unit.unit_type, is_alive: true }
     }
 }
 
@@ -402,14 +478,6 @@ fn stop(event: &kinematics::Event) -> Stop {
         EventKind::Segment => Stop::Segment,
         EventKind::Edge => Stop::Edge,
     }
-}
-
-fn fact(fact: Fact, subject: u32, value: u32) -> u64 {
-    let mut bytes = [0; 9];
-    bytes[0] = fact as u8;
-    bytes[1..5].copy_from_slice(&subject.to_le_bytes());
-    bytes[5..].copy_from_slice(&value.to_le_bytes());
-    XxHash3_64::oneshot(&bytes)
 }
 
 fn count(number: usize) -> u32 {

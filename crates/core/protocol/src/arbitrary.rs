@@ -3,9 +3,10 @@
 use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_view::{
-    Appeared, Base, Changed, ClockMode, Command, CommandResult, Delta, Digest, EndReason, Handle,
-    MatchResult, Moved, Objective, Outcome, Positions, Refusal, Rules, Score, Seat, Sequenced, StopReason,
-    Stopped, Stops, Terrain, UnitType, UnitTypeId, Zone,
+    Action, Alternate, Appeared, Base, Changed, ClockMode, Command, CommandResult, Delta, Digest, EndOfTask,
+    EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode, Moved, Objective, Outcome,
+    Own, Positions, Refusal, Rules, Score, Seat, Sequenced, Shape, Shot, Splash, Status, StopReason, Stopped,
+    Stops, Tally, Task, Terrain, UnitType, UnitTypeId, Weapon, Zone,
 };
 
 use crate::grid::{GridDelta, Pace, Spot};
@@ -131,7 +132,7 @@ impl Random {
 
     pub(crate) fn result(&mut self) -> MatchResult {
         MatchResult {
-            winner: self.maybe(Self::seat),
+            winners: self.list(Self::seat),
             reason: [EndReason::Objective, EndReason::Length, EndReason::Resigned][self.below(3)],
             cycles: self.cycle(),
             scores: self.list(Self::score),
@@ -157,9 +158,22 @@ impl Random {
 
     fn command(&mut self) -> Command {
         let start = |random: &mut Self| (random.cycle(), random.double());
-        match self.below(4) {
+        let object = self.handle();
+        match self.below(14) {
+            3 => Command::Attack { object, target: self.handle() },
+            4 => Command::AttackAt { object, x: self.double(), y: self.double() },
+            5 => Command::AttackMove { object, x: self.double(), y: self.double() },
+            6 => Command::Hold { object },
+            7 => Command::Gather { object, patch: self.handle() },
+            8 => Command::ReturnLoad { object },
+            9 => {
+                Command::Build { object, unit_type: self.unit_type_id(), x: self.double(), y: self.double() }
+            }
+            10 => Command::Train { object, unit_type: self.unit_type_id() },
+            11 => Command::Cancel { object },
+            12 => Command::Switch { object },
             0 => Command::Move {
-                object: self.handle(),
+                object,
                 x: self.double(),
                 y: self.double(),
                 s: self.maybe(Self::double),
@@ -167,11 +181,11 @@ impl Random {
                 start: self.maybe(start),
             },
             1 => Command::Path {
-                object: self.handle(),
+                object,
                 points: self.list(|random| (random.double(), random.double(), random.maybe(Self::double))),
                 start: self.maybe(start),
             },
-            2 => Command::Stop { object: self.handle() },
+            2 => Command::Stop { object },
             _ => Command::Resign,
         }
     }
@@ -204,23 +218,16 @@ impl Random {
                 scenario: self.text(),
                 cycles_max: self.u32(),
                 players: self.list(Self::text),
-                unit_types: self.list(|random| UnitType {
-                    name: random.text(),
-                    radius: random.double(),
-                    speed: random.double(),
-                    sight: random.double(),
-                }),
+                unit_types: self.list(Self::unit_type),
                 stops: if self.coin() { Stops::Both } else { Stops::Approaching },
                 skin: self.double(),
                 waypoints_max: self.u32(),
                 commands_a_cycle_max: self.u32(),
-                objective: Objective::Race {
-                    zones: self.list(|random| Zone {
-                        seat: random.seat(),
-                        min: random.point(),
-                        max: random.point(),
-                    }),
-                },
+                objective: self.objective(),
+                teams: self.list(Self::u16),
+                friendly_fire: self.coin(),
+                objects_max: self.u32(),
+                training_max: self.u32(),
                 fog: self.coin(),
                 positions: if self.coin() { Positions::Exact } else { Positions::Grid { bits: 9 } },
             },
@@ -234,22 +241,154 @@ impl Random {
         }
     }
 
+    fn objective(&mut self) -> Objective {
+        match self.below(6) {
+            0 => Objective::Race {
+                zones: self.list(|random| Zone {
+                    seat: random.seat(),
+                    min: random.point(),
+                    max: random.point(),
+                }),
+            },
+            1 => Objective::Resources { goal: self.maybe(Self::u32) },
+            2 => Objective::Kills,
+            3 => Objective::Buildings,
+            4 => Objective::LastStanding,
+            _ => Objective::Survive { team: self.u16() },
+        }
+    }
+
+    fn unit_type_id(&mut self) -> UnitTypeId {
+        UnitTypeId(self.u16())
+    }
+
+    fn unit_type(&mut self) -> UnitType {
+        UnitType {
+            name: self.text(),
+            shape: if self.coin() {
+                Shape::Circle { radius: self.double() }
+            } else {
+                Shape::Rectangle { width: self.double(), height: self.double() }
+            },
+            layer: self.layer(),
+            speed: self.double(),
+            sight: self.double(),
+            hit_points: self.maybe(Self::u32),
+            armor: self.u32(),
+            weapon: self.maybe(Self::weapon),
+            alternate: self.maybe(|random| Alternate {
+                name: random.text(),
+                switch_cycles: random.u32(),
+                speed: random.double(),
+                armor: random.u32(),
+                weapon: random.maybe(Self::weapon),
+            }),
+            harvest: self.maybe(|random| Harvest { load_max: random.u32(), cycles_each: random.u32() }),
+            patch_places: self.maybe(Self::u32),
+            takes_loads: self.coin(),
+            making: Making { cost: self.u32(), cycles: self.u32(), requires: self.list(Self::unit_type_id) },
+            trains: self.list(Self::unit_type_id),
+            builds: self.list(Self::unit_type_id),
+        }
+    }
+
+    fn layer(&mut self) -> Layer {
+        if self.coin() { Layer::Ground } else { Layer::Air }
+    }
+
+    fn weapon(&mut self) -> Weapon {
+        Weapon {
+            range: self.double(),
+            range_min: self.double(),
+            cooldown: self.u32(),
+            damage_min: self.u32(),
+            damage_max: self.u32(),
+            splash: self.maybe(|random| Splash {
+                radius: random.double(),
+                falloff: if random.coin() { Falloff::None } else { Falloff::Linear },
+            }),
+            targets: self.list(Self::layer),
+        }
+    }
+
+    fn status(&mut self) -> Status {
+        const MODES: [Mode; 5] =
+            [Mode::Normal, Mode::Switching, Mode::Alternate, Mode::SwitchingBack, Mode::Site];
+        Status {
+            hit_points: self.maybe(Self::u32),
+            amount: self.maybe(Self::u32),
+            mode: MODES[self.below(MODES.len())],
+            action: [Action::None, Action::Gather, Action::Build][self.below(3)],
+        }
+    }
+
+    fn own(&mut self) -> Own {
+        Own {
+            queued: self.u32(),
+            task: self.task(),
+            load: self.u32(),
+            ready: self.cycle(),
+            training: self.maybe(Self::unit_type_id),
+            waiting: self.u32(),
+            due: self.maybe(Self::cycle),
+        }
+    }
+
+    fn task(&mut self) -> Task {
+        const TASKS: [Task; 8] = [
+            Task::None,
+            Task::Attack,
+            Task::AttackAt,
+            Task::AttackMove,
+            Task::Hold,
+            Task::Gather,
+            Task::ReturnLoad,
+            Task::Build,
+        ];
+        TASKS[self.below(TASKS.len())]
+    }
+
+    fn end_of_task(&mut self) -> EndOfTask {
+        const ENDS: [EndOfTask; 8] = [
+            EndOfTask::Done,
+            EndOfTask::Blocked,
+            EndOfTask::Lost,
+            EndOfTask::Empty,
+            EndOfTask::NoRoom,
+            EndOfTask::NotAffordable,
+            EndOfTask::Missing,
+            EndOfTask::TooMany,
+        ];
+        ENDS[self.below(ENDS.len())]
+    }
+
+    fn shot(&mut self) -> Shot {
+        Shot { object: self.handle(), target: self.maybe(Self::handle) }
+    }
+
+    fn ended(&mut self) -> Ended {
+        Ended { object: self.handle(), task: self.task(), why: self.end_of_task() }
+    }
+
     fn grid_delta(&mut self) -> GridDelta {
         GridDelta {
             cycle: self.cycle(),
             appeared: self.list(|random| {
-                let queued = random.maybe(Self::u32);
                 (
                     random.handle(),
                     UnitTypeId(random.u16()),
-                    random.seat(),
+                    random.maybe(Self::seat),
                     random.spot(),
                     random.pace(),
-                    queued,
+                    random.status(),
+                    random.maybe(Self::own),
                 )
             }),
             moved: self.list(|random| (random.handle(), random.spot(), random.pace())),
             stopped: self.list(|random| (random.handle(), random.spot(), random.maybe(Self::stop_reason))),
+            shots: self.list(Self::shot),
+            ended: self.list(Self::ended),
+            stock: self.maybe(Self::u32),
             check: Digest(self.number()),
             ..GridDelta::default()
         }
@@ -275,9 +414,10 @@ impl Random {
             appeared: self.list(|random| Appeared {
                 object: random.handle(),
                 unit_type: UnitTypeId(random.u16()),
-                owner: random.seat(),
+                owner: random.maybe(Self::seat),
                 base: random.base(),
-                queued: random.maybe(Self::u32),
+                status: random.status(),
+                own: random.maybe(Self::own),
             }),
             moved: self.list(|random| Moved { object: random.handle(), base: random.base() }),
             stopped: self.list(|random| Stopped {
@@ -289,7 +429,14 @@ impl Random {
             }),
             vanished: self.list(Self::handle),
             died: self.list(Self::handle),
-            changed: self.list(|random| Changed { object: random.handle(), queued: random.u32() }),
+            changed: self.list(|random| Changed {
+                object: random.handle(),
+                status: random.maybe(Self::status),
+                own: random.maybe(Self::own),
+            }),
+            shots: self.list(Self::shot),
+            ended: self.list(Self::ended),
+            stock: self.maybe(Self::u32),
             check: Digest(self.sized()),
         }
     }
@@ -312,7 +459,17 @@ impl Random {
         if self.coin() {
             return Outcome::Applied { cycle: self.cycle(), late: self.u32() };
         }
-        let reason = match self.below(10) {
+        let reason = match self.below(20) {
+            10 => Refusal::UnknownTarget,
+            11 => Refusal::BadTarget,
+            12 => Refusal::Busy,
+            13 => Refusal::NotAffordable { cost: self.u32(), stock: self.u32() },
+            14 => Refusal::Missing { unit_type: self.unit_type_id() },
+            15 => Refusal::TrainingFull { max: self.u32() },
+            16 => Refusal::TooManyObjects { max: self.u32() },
+            17 => Refusal::NothingToCancel,
+            18 => Refusal::BadPlace,
+            19 => Refusal::NothingToReturn,
             0 => Refusal::UnknownHandle,
             1 => Refusal::OutOfWorld { width: self.u32(), height: self.u32() },
             2 => Refusal::BadNumber { field: self.text(), problem: self.text() },
@@ -331,9 +488,20 @@ impl Random {
         Score {
             seat: self.seat(),
             name: self.text(),
-            arrived: self.u32(),
-            units: self.u32(),
-            arrival_sum: self.sized(),
+            team: self.u16(),
+            points: self.sized(),
+            tally: Tally {
+                units: self.u32(),
+                arrived: self.u32(),
+                arrival_sum: self.sized(),
+                gathered: self.sized(),
+                made: self.u32(),
+                units_destroyed: self.u32(),
+                buildings_destroyed: self.u32(),
+                units_lost: self.u32(),
+                buildings_lost: self.u32(),
+                last_building: self.cycle(),
+            },
             resigned: self.coin(),
         }
     }

@@ -217,7 +217,18 @@ fn is_finite(command: &Command) -> bool {
             is_start_finite(start)
                 && points.iter().all(|&(x, y, s)| x.is_finite() && y.is_finite() && is_speed_finite(s))
         }
-        Command::Stop { .. } | Command::Resign => true,
+        Command::AttackAt { x, y, .. } | Command::AttackMove { x, y, .. } | Command::Build { x, y, .. } => {
+            x.is_finite() && y.is_finite()
+        }
+        Command::Stop { .. }
+        | Command::Resign
+        | Command::Attack { .. }
+        | Command::Hold { .. }
+        | Command::Gather { .. }
+        | Command::ReturnLoad { .. }
+        | Command::Train { .. }
+        | Command::Cancel { .. }
+        | Command::Switch { .. } => true,
     }
 }
 

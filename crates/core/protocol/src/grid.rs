@@ -3,8 +3,8 @@
 use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_view::{
-    Appeared, Base, Changed, CommandResult, Delta, Digest, GRID_FRACTIONS, Handle, Moved, Positions, Seat,
-    StopReason, Stopped, UnitTypeId,
+    Appeared, Base, Changed, CommandResult, Delta, Digest, Ended, GRID_FRACTIONS, Handle, Moved, Own,
+    Positions, Seat, Shot, Status, StopReason, Stopped, UnitTypeId,
 };
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -20,7 +20,7 @@ pub struct GridDelta {
     /// See [`Delta::revealed`].
     pub revealed: Vec<(u32, u32, char)>,
     /// Objects that came into sight: what [`Appeared`] says, in its order.
-    pub appeared: Vec<(Handle, UnitTypeId, Seat, Spot, Pace, Option<u32>)>,
+    pub appeared: Vec<(Handle, UnitTypeId, Option<Seat>, Spot, Pace, Status, Option<Own>)>,
     /// Objects whose motion changed: what [`Moved`] says.
     pub moved: Vec<(Handle, Spot, Pace)>,
     /// Objects that stopped: what [`Stopped`] says.
@@ -31,6 +31,12 @@ pub struct GridDelta {
     pub died: Vec<Handle>,
     /// See [`Delta::changed`].
     pub changed: Vec<Changed>,
+    /// See [`Delta::shots`].
+    pub shots: Vec<Shot>,
+    /// See [`Delta::ended`].
+    pub ended: Vec<Ended>,
+    /// See [`Delta::stock`].
+    pub stock: Option<u32>,
     /// See [`Delta::check`].
     pub check: Digest,
 }
@@ -82,7 +88,7 @@ impl GridDelta {
         let cycle = delta.cycle;
         let appeared = |new: &Appeared| {
             let (spot, pace) = (grid.spot(&new.base, cycle)?, grid.pace(&new.base)?);
-            Some((new.object, new.unit_type, new.owner, spot, pace, new.queued))
+            Some((new.object, new.unit_type, new.owner, spot, pace, new.status, new.own))
         };
         let moved =
             |moved: &Moved| Some((moved.object, grid.spot(&moved.base, cycle)?, grid.pace(&moved.base)?));
@@ -98,6 +104,9 @@ impl GridDelta {
             vanished: delta.vanished.clone(),
             died: delta.died.clone(),
             changed: delta.changed.clone(),
+            shots: delta.shots.clone(),
+            ended: delta.ended.clone(),
+            stock: delta.stock,
             check: delta.check,
         })
     }
@@ -117,11 +126,15 @@ impl GridDelta {
             vanished: self.vanished,
             died: self.died,
             changed: self.changed,
+            shots: self.shots,
+            ended: self.ended,
+            stock: self.stock,
             check: self.check,
             ..Delta::default()
         };
-        for (object, unit_type, owner, spot, pace, queued) in self.appeared {
-            delta.appeared.push(Appeared { object, unit_type, owner, base: base(spot, pace)?, queued });
+        for (object, unit_type, owner, spot, pace, status, own) in self.appeared {
+            let base = base(spot, pace)?;
+            delta.appeared.push(Appeared { object, unit_type, owner, base, status, own });
         }
         for (object, spot, pace) in self.moved {
             delta.moved.push(Moved { object, base: base(spot, pace)? });

@@ -9,7 +9,7 @@ use crate::refused::Refused;
 
 /// The version of the protocol. It rises with every change of a message, a field or their order, so that two
 /// programs with the same number understand each other, and others part at the handshake.
-pub const PROTOCOL: u32 = 2;
+pub const PROTOCOL: u32 = 3;
 
 /// What a client says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

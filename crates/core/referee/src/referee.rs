@@ -8,8 +8,8 @@ use std::time::Duration;
 use maniple_game::{Loaded, Stall, World, WorldError};
 use maniple_geometry::Cycle;
 use maniple_view::{
-    COMMANDS_A_CYCLE_MAX, ClockMode, Command, CommandResult, Delta, Digest, Handle, MatchResult, Outcome,
-    Refusal, Rules, Score, Seat, Sequenced, Terrain, Tracker, View,
+    COMMANDS_A_CYCLE_MAX, ClockMode, Command, CommandResult, Delta, Digest, MatchResult, Observation,
+    Outcome, Refusal, Rules, Score, Seat, Sequenced, Terrain, Tracker, View,
 };
 
 use crate::bank::Banks;
@@ -328,12 +328,14 @@ impl Referee {
         if self.world.is_out(seat) {
             return Err(Refusal::Out);
         }
-        let Some(handle) = object_of(command) else {
+        let Some(handle) = command.object() else {
             self.world.resign(seat);
             return Ok(());
         };
-        let object = self.seats[seat.index()].tracker.own(handle).ok_or(Refusal::UnknownHandle)?;
-        self.world.command(seat, object, command)
+        let tracker = &self.seats[seat.index()].tracker;
+        let object = tracker.own(handle).ok_or(Refusal::UnknownHandle)?;
+        let target = command.target().and_then(|target| tracker.seen(target));
+        self.world.command(seat, object, command, target)
     }
 
     /// Makes the delta of each seat; `results` are those of its commands.
@@ -341,7 +343,14 @@ impl Referee {
         let cycle = self.world.cycle();
         for ((seat, state), results) in (0..).map(Seat).zip(&mut self.seats).zip(results) {
             let sightings = self.world.sightings(seat);
-            let delta = state.tracker.update(cycle, &sightings, &self.world.died(seat), results);
+            let observation = Observation {
+                sightings: &sightings,
+                died: &self.world.died(seat),
+                shots: self.world.shots(),
+                ended: self.world.ended(),
+                stock: self.world.stock(seat),
+            };
+            let delta = state.tracker.update(cycle, observation, results);
             state.delta = (state.is_connected || cycle == Cycle(0)).then_some(delta);
         }
     }
@@ -353,17 +362,17 @@ impl Referee {
     /// Says how the match has ended, if it has.
     fn conclude(&mut self) {
         let Some(ending) = self.world.ending() else { return };
-        let score = |((seat, state), tally): ((Seat, &SeatState), &maniple_game::Tally)| Score {
+        let score = |((seat, state), points): ((Seat, &SeatState), u64)| Score {
             seat,
             name: state.name.clone(),
-            arrived: tally.arrived,
-            units: tally.units,
-            arrival_sum: tally.arrival_sum,
-            resigned: tally.is_out,
+            team: self.world.team(seat),
+            points,
+            tally: self.world.tally(seat),
+            resigned: self.world.is_out(seat),
         };
-        let scores = (0..).map(Seat).zip(&self.seats).zip(self.world.tallies()).map(score).collect();
+        let scores = (0..).map(Seat).zip(&self.seats).zip(self.world.points()).map(score).collect();
         let result = MatchResult {
-            winner: ending.winner,
+            winners: ending.winners.clone(),
             reason: ending.reason,
             cycles: ending.cycles,
             scores,
@@ -371,16 +380,6 @@ impl Referee {
         };
         self.records.push(RecordedEvent::Ended { result: result.clone() });
         self.result = Some(result);
-    }
-}
-
-/// Returns the object that a command is for; `None` if it is for the match.
-fn object_of(command: &Command) -> Option<Handle> {
-    match command {
-        Command::Move { object, .. } | Command::Path { object, .. } | Command::Stop { object } => {
-            Some(*object)
-        }
-        Command::Resign => None,
     }
 }
 

@@ -3,7 +3,7 @@
 use maniple_geometry::Cycle;
 use serde::{Deserialize, Serialize};
 
-use crate::identity::Handle;
+use crate::identity::{Handle, UnitTypeId};
 
 /// Largest number of waypoints that wait behind an object's motion.
 pub const WAYPOINTS_MAX: usize = 64;
@@ -60,6 +60,119 @@ pub enum Command {
     },
     /// Leave the match as a loser; all objects of the seat die at the end of the cycle.
     Resign,
+    /// Go straight to where the target is in range, and fire until it is dead or out of sight.
+    Attack {
+        /// The object, by its owner's handle.
+        object: Handle,
+        /// An object in sight of another team or of nobody, in a layer that the weapon hits.
+        target: Handle,
+    },
+    /// Go straight to where a point is in range, and fire at it until told otherwise; for weapons with splash.
+    AttackAt {
+        /// The object, by its owner's handle.
+        object: Handle,
+        /// World units to the right.
+        x: f64,
+        /// World units down.
+        y: f64,
+    },
+    /// Go straight to (x, y); stand and fight while an enemy is in range.
+    AttackMove {
+        /// The object, by its owner's handle.
+        object: Handle,
+        /// World units to the right.
+        x: f64,
+        /// World units down.
+        y: f64,
+    },
+    /// Stand, and fight whichever enemy is in range.
+    Hold {
+        /// The object, by its owner's handle.
+        object: Handle,
+    },
+    /// Go straight to a resource patch, and gather until the load is full.
+    Gather {
+        /// The object, by its owner's handle.
+        object: Handle,
+        /// A resource patch in sight.
+        patch: Handle,
+    },
+    /// Go straight to the nearest building of the seat that takes loads, and deliver.
+    ReturnLoad {
+        /// The object, by its owner's handle.
+        object: Handle,
+    },
+    /// Go straight to a place, build there, and stay until it is finished; or go on with a site of the seat that is there.
+    Build {
+        /// The object, by its owner's handle.
+        object: Handle,
+        /// What to build.
+        unit_type: UnitTypeId,
+        /// World units to the right, of its centre.
+        x: f64,
+        /// World units down, of its centre.
+        y: f64,
+    },
+    /// Train a unit behind those that wait; paid at once.
+    Train {
+        /// The building, by its owner's handle.
+        object: Handle,
+        /// What to train.
+        unit_type: UnitTypeId,
+    },
+    /// Give up the last unit in training, or a building site, and get back what was paid.
+    Cancel {
+        /// The building or site, by its owner's handle.
+        object: Handle,
+    },
+    /// Switch to the other mode; a switch that is under way is turned back.
+    Switch {
+        /// The object, by its owner's handle.
+        object: Handle,
+    },
+}
+
+impl Command {
+    /// Returns the object that obeys; `None` for a command to the match.
+    #[must_use]
+    pub fn object(&self) -> Option<Handle> {
+        match self {
+            Self::Move { object, .. }
+            | Self::Path { object, .. }
+            | Self::Stop { object }
+            | Self::Attack { object, .. }
+            | Self::AttackAt { object, .. }
+            | Self::AttackMove { object, .. }
+            | Self::Hold { object }
+            | Self::Gather { object, .. }
+            | Self::ReturnLoad { object }
+            | Self::Build { object, .. }
+            | Self::Train { object, .. }
+            | Self::Cancel { object }
+            | Self::Switch { object } => Some(*object),
+            Self::Resign => None,
+        }
+    }
+
+    /// Returns the object that it is aimed at; `None` where it is aimed at none.
+    #[must_use]
+    pub fn target(&self) -> Option<Handle> {
+        match self {
+            Self::Attack { target, .. } | Self::Gather { patch: target, .. } => Some(*target),
+            Self::Move { .. }
+            | Self::Path { .. }
+            | Self::Stop { .. }
+            | Self::AttackAt { .. }
+            | Self::AttackMove { .. }
+            | Self::Hold { .. }
+            | Self::ReturnLoad { .. }
+            | Self::Build { .. }
+            | Self::Train { .. }
+            | Self::Cancel { .. }
+            | Self::Switch { .. }
+            | Self::Resign => None,
+        }
+    }
 }
 
 /// A command with the number that its result will carry.

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::base::Base;
 use crate::identity::{Digest, Handle, Seat, UnitTypeId};
 use crate::outcome::{CommandResult, StopReason};
+use crate::status::{EndOfTask, Own, Status, Task};
 
 /// The change of a view from the cycle before to `cycle`.
 ///
@@ -33,6 +34,12 @@ pub struct Delta {
     pub died: Vec<Handle>,
     /// Other changes, by handle.
     pub changed: Vec<Changed>,
+    /// Shots of objects in sight in the cycle, by the handle of who fired.
+    pub shots: Vec<Shot>,
+    /// Tasks of objects of the seat that ended in the cycle, by handle.
+    pub ended: Vec<Ended>,
+    /// Resources of the seat; `None` where they are as before.
+    pub stock: Option<u32>,
     /// The hash of the view after this delta; see [`crate::View::check`].
     pub check: Digest,
 }
@@ -45,12 +52,14 @@ pub struct Appeared {
     pub object: Handle,
     /// Its type.
     pub unit_type: UnitTypeId,
-    /// Whose it is.
-    pub owner: Seat,
+    /// Whose it is; `None`: nobody's.
+    pub owner: Option<Seat>,
     /// Where it is, evaluated at this cycle.
     pub base: Base,
-    /// Motions that wait behind its present one; `None` for objects of others.
-    pub queued: Option<u32>,
+    /// What is to be seen of it.
+    pub status: Status,
+    /// What only its owner knows; `None` for objects of others.
+    pub own: Option<Own>,
 }
 
 /// An object in sight that took up another motion: of others, one that is seen to be another; see [`Base::predicts`].
@@ -87,12 +96,36 @@ impl Stopped {
     }
 }
 
-/// Another change of an object of the seat.
+/// Another change of an object in sight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Changed {
     /// The object.
     pub object: Handle,
-    /// Motions that wait behind its present one.
-    pub queued: u32,
+    /// What is to be seen of it; `None` where it is as before.
+    pub status: Option<Status>,
+    /// What only its owner knows; `None` where it is as before, and for objects of others.
+    pub own: Option<Own>,
+}
+
+/// A shot.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Shot {
+    /// Who fired.
+    pub object: Handle,
+    /// At whom, where the view holds it; `None` too for a shot at a point.
+    pub target: Option<Handle>,
+}
+
+/// A task that ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ended {
+    /// The object of the seat.
+    pub object: Handle,
+    /// What it had been told to do.
+    pub task: Task,
+    /// Why it does so no more.
+    pub why: EndOfTask,
 }

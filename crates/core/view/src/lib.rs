@@ -7,17 +7,23 @@ mod identity;
 mod outcome;
 mod profile;
 mod rules;
+mod status;
 mod tracker;
+mod unit_type;
 mod view;
 
 pub use base::{Base, DEVIATION_MAX, DEVIATION_SKINS_MAX};
 pub use command::{COMMANDS_A_CYCLE_MAX, Command, Sequenced, Start, WAYPOINTS_MAX, Waypoint};
-pub use delta::{Appeared, Changed, Delta, Moved, Stopped};
+pub use delta::{Appeared, Changed, Delta, Ended, Moved, Shot, Stopped};
 pub use identity::{Digest, Handle, Seat, UnitTypeId};
-pub use outcome::{CommandResult, EndReason, MatchResult, Outcome, Refusal, Score, StopReason};
+pub use outcome::{CommandResult, EndReason, MatchResult, Outcome, Refusal, Score, StopReason, Tally};
 pub use profile::{
     GRID_BITS_MAX, GRID_FRACTIONS, Positions, Profile, SKIN_MAX, SUBSTEPS_MAX, Scalar, Solver, VELOCITY_BITS,
 };
-pub use rules::{ClockMode, Objective, Rules, Stops, Terrain, UnitType, Zone};
-pub use tracker::{Sighting, Stop, Tracker};
+pub use rules::{ClockMode, Objective, Rules, Stops, Terrain, Zone};
+pub use status::{Action, EndOfTask, Mode, Own, Status, Task};
+pub use tracker::{Observation, Sighting, Stop, Tracker};
+pub use unit_type::{
+    Alternate, Falloff, Harvest, Layer, Making, Shape, Splash, UnitType, Weapon, hull_distance,
+};
 pub use view::{MismatchError, Seen, View};

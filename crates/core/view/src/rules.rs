@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::identity::Seat;
 use crate::profile::Positions;
+use crate::unit_type::UnitType;
 
 /// How time passes in a match.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,24 +40,18 @@ pub struct Rules {
     pub commands_a_cycle_max: u32,
     /// What the match is about.
     pub objective: Objective,
+    /// The team of each seat, in order of the seats. A team shares what it sees, and wins together.
+    pub teams: Vec<u16>,
+    /// Whether splash hurts objects of the same team, too.
+    pub friendly_fire: bool,
+    /// Largest number of objects of a seat.
+    pub objects_max: u32,
+    /// Largest number of units that a building trains or has waiting.
+    pub training_max: u32,
     /// Whether there is fog; without it every seat sees everything.
     pub fog: bool,
     /// How exact the positions are that a client is told.
     pub positions: Positions,
-}
-
-/// The constants of a unit type.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct UnitType {
-    /// Its name.
-    pub name: String,
-    /// World units.
-    pub radius: f64,
-    /// Largest speed, in world units a cycle.
-    pub speed: f64,
-    /// How far it sees, hull to hull, in world units.
-    pub sight: f64,
 }
 
 /// Who stops in a collision of two objects.
@@ -78,6 +73,22 @@ pub enum Objective {
     Race {
         /// The zone of each seat, in order of the seats.
         zones: Vec<Zone>,
+    },
+    /// Who gathers most.
+    Resources {
+        /// Resources with which a team wins at once; `None`: the match goes on to its length.
+        goal: Option<u32>,
+    },
+    /// Who destroys most units; it ends when only one team has any.
+    Kills,
+    /// Who destroys most buildings; it ends when only one team has any.
+    Buildings,
+    /// Who is the last to have units or buildings.
+    LastStanding,
+    /// Whether a team still has units or buildings when the match is over.
+    Survive {
+        /// The team.
+        team: u16,
     },
 }
 

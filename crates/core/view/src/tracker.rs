@@ -5,10 +5,11 @@ use std::collections::BTreeMap;
 use maniple_geometry::{Cycle, ObjectId};
 
 use crate::base::{Base, DEVIATION_MAX, DEVIATION_SKINS_MAX};
-use crate::delta::{Appeared, Changed, Delta, Moved, Stopped};
+use crate::delta::{Appeared, Changed, Delta, Ended, Moved, Shot, Stopped};
 use crate::identity::{Handle, Seat, UnitTypeId};
 use crate::outcome::{CommandResult, StopReason};
 use crate::profile::Positions;
+use crate::status::{EndOfTask, Own, Status, Task};
 use crate::view::View;
 
 /// Why an object stopped, in the server's names.
@@ -33,16 +34,33 @@ pub struct Sighting {
     pub object: ObjectId,
     /// Its type.
     pub unit_type: UnitTypeId,
-    /// Whose it is.
-    pub owner: Seat,
+    /// Whose it is; `None`: nobody's.
+    pub owner: Option<Seat>,
     /// The layers it is in, as a mask; only orders newcomers that stand on the same point.
     pub layers: u32,
     /// Its true motion.
     pub base: Base,
     /// Why it stopped, where the last stop was in this cycle.
     pub stop: Option<Stop>,
-    /// Motions that wait behind its present one.
-    pub queued: u32,
+    /// What is to be seen of it.
+    pub status: Status,
+    /// What only its owner knows.
+    pub own: Own,
+}
+
+/// All that a seat notices at the end of a cycle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Observation<'a> {
+    /// All that it sees.
+    pub sightings: &'a [Sighting],
+    /// Who died in sight in the cycle.
+    pub died: &'a [ObjectId],
+    /// Who fired in the cycle, at whom; `None`: at a point.
+    pub shots: &'a [(ObjectId, Option<ObjectId>)],
+    /// Whose tasks ended in the cycle; those of other seats are left out.
+    pub ended: &'a [(ObjectId, Task, EndOfTask)],
+    /// Resources of the seat.
+    pub stock: u32,
 }
 
 /// What the server remembers of an object in a seat's view.
@@ -53,7 +71,9 @@ struct Tracked {
     truth: Base,
     /// The base in the view.
     told: Base,
-    queued: u32,
+    status: Status,
+    own: Own,
+    is_own: bool,
 }
 
 /// Who looks, and how closely.
@@ -74,7 +94,8 @@ pub struct Tracker {
     eyes: Eyes,
     next_handle: u32,
     tracked: BTreeMap<ObjectId, Tracked>,
-    own: BTreeMap<Handle, ObjectId>,
+    /// The objects in the view.
+    seen: BTreeMap<Handle, ObjectId>,
     view: View,
 }
 
@@ -89,26 +110,27 @@ impl Tracker {
             eyes: Eyes { seat, deviation_max: unseen + positions.step(), positions },
             next_handle: 0,
             tracked: BTreeMap::new(),
-            own: BTreeMap::new(),
+            seen: BTreeMap::new(),
             view: View::new(),
         }
     }
 
-    /// Takes all that the seat sees at the start of `cycle`, and who of the objects in its view died in sight;
-    /// returns the delta.
+    /// Takes all that the seat notices at the start of `cycle`; returns the delta.
     pub fn update(
         &mut self,
         cycle: Cycle,
-        sightings: &[Sighting],
-        died: &[ObjectId],
+        observation: Observation<'_>,
         results: Vec<CommandResult>,
     ) -> Delta {
+        let Observation { sightings, died, shots, ended, stock } = observation;
         let mut delta = Delta { cycle, results, ..Delta::default() };
+        delta.stock = (stock != self.view.stock()).then_some(stock);
         self.forget(sightings, died, &mut delta);
         self.appear(cycle, sightings, &mut delta);
         for sighting in sightings {
             self.follow(cycle, sighting, &mut delta);
         }
+        self.hear(shots, ended, &mut delta);
         delta.moved.sort_by_key(|moved| moved.object);
         delta.stopped.sort_by_key(|stopped| stopped.object);
         delta.changed.sort_by_key(|changed| changed.object);
@@ -126,11 +148,13 @@ impl Tracker {
             unit_type: seen.unit_type,
             owner: seen.owner,
             base: seen.base,
-            queued: seen.queued,
+            status: seen.status,
+            own: seen.own,
         };
         Delta {
             cycle: self.view.cycle(),
             appeared: self.view.objects().map(appeared).collect(),
+            stock: Some(self.view.stock()).filter(|&stock| stock > 0),
             check: self.view.check(),
             ..Delta::default()
         }
@@ -139,7 +163,15 @@ impl Tracker {
     /// Returns the object of the seat with this handle; `None` for all others, whatever the reason.
     #[must_use]
     pub fn own(&self, handle: Handle) -> Option<ObjectId> {
-        self.own.get(&handle).copied()
+        let seen = self.view.object(handle)?;
+        if seen.owner == Some(self.eyes.seat) { self.seen.get(&handle).copied() } else { None }
+    }
+
+    /// Returns the object in the view with this handle; `None` where it holds none.
+    #[must_use]
+    pub fn seen(&self, handle: Handle) -> Option<ObjectId> {
+        self.view.object(handle)?;
+        self.seen.get(&handle).copied()
     }
 
     /// Returns the view.
@@ -155,7 +187,7 @@ impl Tracker {
             self.tracked.keys().filter(|object| in_sight.binary_search(object).is_err()).copied().collect();
         for object in gone {
             let Some(tracked) = self.tracked.remove(&object) else { continue };
-            self.own.remove(&tracked.handle);
+            self.seen.remove(&tracked.handle);
             let list = if died.contains(&object) { &mut delta.died } else { &mut delta.vanished };
             list.push(tracked.handle);
         }
@@ -180,25 +212,26 @@ impl Tracker {
             let base = self.eyes.positions.rounded(base);
             let handle = Handle(self.next_handle);
             self.next_handle += 1;
-            let own = sighting.owner == self.eyes.seat;
-            if own {
-                self.own.insert(handle, sighting.object);
-            }
-            let tracked = Tracked { handle, truth: sighting.base, told: base, queued: sighting.queued };
+            let own = sighting.owner == Some(self.eyes.seat);
+            self.seen.insert(handle, sighting.object);
+            let Sighting { status, own: known, .. } = *sighting;
+            let tracked =
+                Tracked { handle, truth: sighting.base, told: base, status, own: known, is_own: own };
             self.tracked.insert(sighting.object, tracked);
             delta.appeared.push(Appeared {
                 object: handle,
                 unit_type: sighting.unit_type,
                 owner: sighting.owner,
                 base,
-                queued: own.then_some(sighting.queued),
+                status,
+                own: own.then_some(known),
             });
         }
     }
 
     /// Newcomers are up to date already, so nothing differs for them.
     fn follow(&mut self, cycle: Cycle, sighting: &Sighting, delta: &mut Delta) {
-        let own = sighting.owner == self.eyes.seat;
+        let own = sighting.owner == Some(self.eyes.seat);
         let other = match sighting.stop {
             Some(Stop::Object(other)) => self.tracked.get(&other).map(|tracked| tracked.handle),
             Some(Stop::Arrived | Stop::Ordered | Stop::Segment | Stop::Edge) | None => None,
@@ -216,10 +249,33 @@ impl Tracker {
             }
         }
         tracked.truth = sighting.base;
-        if own && tracked.queued != sighting.queued {
-            tracked.queued = sighting.queued;
-            delta.changed.push(Changed { object, queued: sighting.queued });
+        let status = (tracked.status != sighting.status).then_some(sighting.status);
+        let known = (own && tracked.own != sighting.own).then_some(sighting.own);
+        if status.is_some() || known.is_some() {
+            (tracked.status, tracked.own) = (sighting.status, sighting.own);
+            delta.changed.push(Changed { object, status, own: known });
         }
+    }
+
+    /// Tells of shots of those in sight, and of the tasks of the seat's own objects.
+    fn hear(
+        &self,
+        shots: &[(ObjectId, Option<ObjectId>)],
+        ended: &[(ObjectId, Task, EndOfTask)],
+        delta: &mut Delta,
+    ) {
+        let handle = |object: &ObjectId| self.tracked.get(object).map(|tracked| tracked.handle);
+        for (shooter, target) in shots {
+            let Some(object) = handle(shooter) else { continue };
+            delta.shots.push(Shot { object, target: target.as_ref().and_then(handle) });
+        }
+        let is_own = |object: &ObjectId| self.tracked.get(object).is_some_and(|tracked| tracked.is_own);
+        for (object, task, why) in ended.iter().filter(|(object, ..)| is_own(object)) {
+            let Some(object) = handle(object) else { continue };
+            delta.ended.push(Ended { object, task: *task, why: *why });
+        }
+        delta.shots.sort_by_key(|shot| shot.object);
+        delta.ended.sort_by_key(|ended| ended.object);
     }
 }
 
@@ -233,13 +289,13 @@ impl Tracked {
         let truth = sighting.base;
         let is_new = truth != self.truth;
         match eyes.positions {
-            Positions::Exact if sighting.owner == eyes.seat => is_new.then_some(truth),
+            Positions::Exact if sighting.owner == Some(eyes.seat) => is_new.then_some(truth),
             Positions::Exact => {
                 let holds = self.told == truth || self.told.predicts(&truth, cycle, eyes.deviation_max);
                 (!holds).then_some(if is_new { truth } else { truth.refreshed(cycle) })
             }
             Positions::Grid { .. } => {
-                let is_told = is_new && sighting.owner == eyes.seat;
+                let is_told = is_new && sighting.owner == Some(eyes.seat);
                 (is_told || !self.holds_on_grid(&truth, cycle, eyes)).then(|| on_grid(&truth, cycle, eyes))
             }
         }
@@ -295,7 +351,7 @@ mod tests {
                     3..340 => moving,
                     _ => rest,
                 };
-                let delta = tracker.update(Cycle(cycle), &[sighting(Seat(owner), truth)], &[], vec![]);
+                let delta = tracker.update(Cycle(cycle), seeing(&[sighting(Seat(owner), truth)]), vec![]);
                 told += delta.moved.len() + delta.stopped.len();
                 client.apply(&delta).unwrap();
                 let seen = client.position(Handle(0)).unwrap();
@@ -322,7 +378,7 @@ mod tests {
             let other = sighting(Seat(1), base(DVec2::new(1.6, 3.2), 0, 0.0, speeds[1]));
             let mut sightings = if swapped { [other, one] } else { [one, other] };
             sightings[1].object = ObjectId(sightings[0].object.0 + 1);
-            tracker.update(Cycle(0), &sightings, &[], vec![]).appeared
+            tracker.update(Cycle(0), seeing(&sightings), vec![]).appeared
         };
         assert_eq!(told(false), told(true));
         assert_eq!(told(false)[0].base.point, told(false)[1].base.point);
@@ -335,7 +391,7 @@ mod tests {
         let crawling = base(DVec2::new(1.0, 1.0), 0, 0.0, DVec2::new(0.0004, 0.0));
         let mut told = 0;
         for cycle in 0..4000 {
-            let delta = tracker.update(Cycle(cycle), &[sighting(Seat(1), crawling)], &[], vec![]);
+            let delta = tracker.update(Cycle(cycle), seeing(&[sighting(Seat(1), crawling)]), vec![]);
             client.apply(&delta).unwrap();
             told += delta.moved.len();
             assert!(delta.stopped.is_empty());
@@ -354,7 +410,7 @@ mod tests {
         let mut told = Vec::new();
         for cycle in 1..40 {
             let truth = if cycle < 5 { old } else { new };
-            let delta = tracker.update(Cycle(cycle), &[sighting(Seat(1), truth)], &[], vec![]);
+            let delta = tracker.update(Cycle(cycle), seeing(&[sighting(Seat(1), truth)]), vec![]);
             client.apply(&delta).unwrap();
             assert_eq!(&client, tracker.view());
             let aside = client.position(Handle(0)).unwrap().distance(truth.position(Cycle(cycle)));
@@ -378,8 +434,8 @@ mod tests {
             let mut told = (0, 0);
             for (before, after) in [(old, renewed), (at_rest, bumped)] {
                 let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Exact);
-                tracker.update(Cycle(2), &[sighting(owner, before)], &[], vec![]);
-                let delta = tracker.update(Cycle(3), &[sighting(owner, after)], &[], vec![]);
+                tracker.update(Cycle(2), seeing(&[sighting(owner, before)]), vec![]);
+                let delta = tracker.update(Cycle(3), seeing(&[sighting(owner, after)]), vec![]);
                 told.0 += delta.moved.len();
                 told.1 += delta.stopped.len();
             }
@@ -391,15 +447,20 @@ mod tests {
         Base { point, cycle: Cycle(cycle), fraction, velocity }
     }
 
+    fn seeing(sightings: &[Sighting]) -> Observation<'_> {
+        Observation { sightings, ..Observation::default() }
+    }
+
     fn sighting(owner: Seat, base: Base) -> Sighting {
         Sighting {
             object: ObjectId(7),
             unit_type: UnitTypeId(0),
-            owner,
+            owner: Some(owner),
             layers: 1,
             base,
             stop: None,
-            queued: 0,
+            status: Status::default(),
+            own: Own::default(),
         }
     }
 }

@@ -7,20 +7,23 @@ use maniple_geometry::Cycle;
 use thiserror::Error;
 
 use crate::base::Base;
-use crate::delta::Delta;
+use crate::delta::{Appeared, Delta};
 use crate::identity::{Digest, Handle, Seat, UnitTypeId};
+use crate::status::{Own, Status};
 
 /// An object as a view holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Its type.
     pub unit_type: UnitTypeId,
-    /// Whose it is.
-    pub owner: Seat,
+    /// Whose it is; `None`: nobody's.
+    pub owner: Option<Seat>,
     /// From what its position is evaluated.
     pub base: Base,
-    /// Motions that wait behind its present one; `None` for objects of others.
-    pub queued: Option<u32>,
+    /// What is to be seen of it.
+    pub status: Status,
+    /// What only its owner knows; `None` for objects of others.
+    pub own: Option<Own>,
 }
 
 /// A delta that does not fit the view it is applied to.
@@ -62,6 +65,7 @@ pub enum MismatchError {
 pub struct View {
     cycle: Cycle,
     objects: BTreeMap<Handle, Seen>,
+    stock: u32,
     /// Wrapping sum of the hashes of the objects.
     sum: u64,
 }
@@ -91,6 +95,7 @@ impl View {
     pub(crate) fn apply_unchecked(&mut self, delta: &Delta) -> Result<(), MismatchError> {
         let cycle = delta.cycle;
         self.cycle = cycle;
+        self.stock = delta.stock.unwrap_or(self.stock);
         for &object in delta.vanished.iter().chain(&delta.died) {
             let seen = self.objects.remove(&object).ok_or(MismatchError::UnknownObject { cycle, object })?;
             self.sum = self.sum.wrapping_sub(hash(object, &seen));
@@ -102,11 +107,14 @@ impl View {
             self.change(cycle, stopped.object, |seen| seen.base = stopped.base())?;
         }
         for changed in &delta.changed {
-            self.change(cycle, changed.object, |seen| seen.queued = Some(changed.queued))?;
+            self.change(cycle, changed.object, |seen| {
+                seen.status = changed.status.unwrap_or(seen.status);
+                seen.own = changed.own.or(seen.own);
+            })?;
         }
         for new in &delta.appeared {
-            let seen =
-                Seen { unit_type: new.unit_type, owner: new.owner, base: new.base, queued: new.queued };
+            let Appeared { unit_type, owner, base, status, own, .. } = *new;
+            let seen = Seen { unit_type, owner, base, status, own };
             if self.objects.insert(new.object, seen).is_some() {
                 return Err(MismatchError::AppearedTwice { cycle, object: new.object });
             }
@@ -128,7 +136,13 @@ impl View {
 
     /// Returns the objects of a seat, by handle.
     pub fn objects_of(&self, seat: Seat) -> impl Iterator<Item = (Handle, &Seen)> {
-        self.objects().filter(move |(_, seen)| seen.owner == seat)
+        self.objects().filter(move |(_, seen)| seen.owner == Some(seat))
+    }
+
+    /// Returns the resources of the seat.
+    #[must_use]
+    pub fn stock(&self) -> u32 {
+        self.stock
     }
 
     /// Returns an object; `None` where it is not in sight.
@@ -143,7 +157,7 @@ impl View {
         self.objects.get(&object).map(|seen| seen.base.position(self.cycle))
     }
 
-    /// Returns the hash of the view: FNV-1a over the cycle and the wrapping sum of one hash an object.
+    /// Returns the hash of the view: FNV-1a over the cycle, the stock and the wrapping sum of one hash an object.
     ///
     /// FNV-1a (Fowler, Noll and Vo, 1991) because any language can compute it in five lines; it guards against
     /// mistakes, not against malice.
@@ -151,6 +165,7 @@ impl View {
     pub fn check(&self) -> Digest {
         let mut fnv = Fnv::new();
         fnv.write(&self.cycle.0.to_le_bytes());
+        fnv.write(&self.stock.to_le_bytes());
         fnv.write(&self.sum.to_le_bytes());
         Digest(fnv.0)
     }
@@ -169,21 +184,34 @@ impl View {
     }
 }
 
-/// FNV-1a over handle, type, owner, point, cycle, fraction, velocity and queue of an object, little-endian.
+/// FNV-1a over all that is known of an object, little-endian, in the order of the fields.
 ///
-/// A queue that is not known counts as 2^32 - 1.
+/// Nobody as owner counts as 2^16 - 1. Hit points, amount and the cycle in which something is due count as 2^32 - 1 where they are
+/// absent, a type in training as 2^16 - 1. Modes, actions and tasks count as their place in their lists. What only the owner knows is
+/// left out where it is not known.
 fn hash(object: Handle, seen: &Seen) -> u64 {
     let mut fnv = Fnv::new();
     fnv.write(&object.0.to_le_bytes());
     fnv.write(&seen.unit_type.0.to_le_bytes());
-    fnv.write(&seen.owner.0.to_le_bytes());
+    fnv.write(&seen.owner.map_or(u16::MAX, |seat| seat.0).to_le_bytes());
     fnv.write(&seen.base.point.x.to_le_bytes());
     fnv.write(&seen.base.point.y.to_le_bytes());
     fnv.write(&seen.base.cycle.0.to_le_bytes());
     fnv.write(&seen.base.fraction.to_le_bytes());
     fnv.write(&seen.base.velocity.x.to_le_bytes());
     fnv.write(&seen.base.velocity.y.to_le_bytes());
-    fnv.write(&seen.queued.unwrap_or(u32::MAX).to_le_bytes());
+    fnv.write(&seen.status.hit_points.unwrap_or(u32::MAX).to_le_bytes());
+    fnv.write(&seen.status.amount.unwrap_or(u32::MAX).to_le_bytes());
+    fnv.write(&[seen.status.mode as u8, seen.status.action as u8]);
+    if let Some(own) = &seen.own {
+        fnv.write(&own.queued.to_le_bytes());
+        fnv.write(&[own.task as u8]);
+        fnv.write(&own.load.to_le_bytes());
+        fnv.write(&own.ready.0.to_le_bytes());
+        fnv.write(&own.training.map_or(u16::MAX, |unit_type| unit_type.0).to_le_bytes());
+        fnv.write(&own.waiting.to_le_bytes());
+        fnv.write(&own.due.map_or(u32::MAX, |cycle| cycle.0).to_le_bytes());
+    }
     fnv.0
 }
 

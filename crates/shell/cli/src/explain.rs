@@ -82,9 +82,10 @@ impl Costs {
         }
         rows.extend([
             row("  radii", models::radii(loaded), None),
-            row("  layers", models::layers().to_owned(), None),
+            row("  layers", models::layers(loaded), None),
             row("  walls", models::segments(loaded), None),
-            row("rules", models::rules(loaded).to_owned(), world(game::Part::Rules)),
+            row("tasks", String::new(), world(game::Part::Tasks)),
+            row("rules", models::rules(loaded), world(game::Part::Rules)),
             row("sightings", String::new(), world(game::Part::Sightings)),
             row("vision", models::vision(loaded), world(game::Part::Vision)),
             row("views", models::positions(profile), of(Part::Referee(referee::Part::Views))),

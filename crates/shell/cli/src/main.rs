@@ -8,6 +8,7 @@ mod files;
 mod headless;
 mod interrupt;
 mod models;
+mod outcome;
 mod output;
 mod picture;
 mod start;

@@ -11,7 +11,7 @@ pub(crate) fn line(loaded: &Loaded) -> String {
     let parts = [
         vision(loaded),
         radii(loaded),
-        layers().to_owned(),
+        layers(loaded),
         segments(loaded),
         format!("rules: {}", rules(loaded)),
         format!("kinematics: {}", kinematics(&loaded.scenario.profile)),
@@ -31,16 +31,23 @@ pub(crate) fn vision(loaded: &Loaded) -> String {
 /// Returns how many different radii the units of the match have.
 pub(crate) fn radii(loaded: &Loaded) -> String {
     let types = &loaded.scenario.unit_types;
-    let mut radii: Vec<u64> =
-        loaded.setup.units.iter().map(|unit| types[usize::from(unit.unit_type.0)].radius.to_bits()).collect();
+    let mut radii: Vec<u64> = loaded
+        .setup
+        .units
+        .iter()
+        .map(|unit| types[usize::from(unit.unit_type.0)].shape.rounding().to_bits())
+        .collect();
     radii.sort_unstable();
     radii.dedup();
     counted(radii.len(), "radius", "radii")
 }
 
 /// Returns in which layers units are.
-pub(crate) fn layers() -> &'static str {
-    "1 layer"
+pub(crate) fn layers(loaded: &Loaded) -> String {
+    let mut layers: Vec<_> = loaded.scenario.unit_types.iter().map(|unit_type| unit_type.layer).collect();
+    layers.sort_unstable();
+    layers.dedup();
+    counted(layers.len(), "layer", "layers")
 }
 
 /// Returns how many segments there are.
@@ -48,11 +55,26 @@ pub(crate) fn segments(loaded: &Loaded) -> String {
     counted(loaded.terrain.segments.len(), "segment", "segments")
 }
 
-/// Returns what the match is about.
-pub(crate) fn rules(loaded: &Loaded) -> &'static str {
-    match loaded.scenario.objective {
+/// Returns which rules run, the objective last.
+pub(crate) fn rules(loaded: &Loaded) -> String {
+    let scenario = &loaded.scenario;
+    let modules = [
+        ("combat", scenario.combat.is_some()),
+        ("harvest", scenario.harvest.is_some()),
+        ("production", scenario.production),
+        ("modes", scenario.modes),
+        ("neutral", scenario.neutral.is_some()),
+    ];
+    let objective = match scenario.objective {
         Objective::Race { .. } => "race",
-    }
+        Objective::Resources { .. } => "resources",
+        Objective::Kills => "kills",
+        Objective::Buildings => "buildings",
+        Objective::LastStanding => "last standing",
+        Objective::Survive { .. } => "survive",
+    };
+    let running = modules.into_iter().filter(|(_, runs)| *runs).map(|(name, _)| name);
+    running.chain([objective]).collect::<Vec<&str>>().join(", ")
 }
 
 /// Returns how exactly objects move: `exact (event, f64, certified)` where every promise holds.

@@ -3,7 +3,7 @@
 use anyhow::anyhow;
 use glam::DVec2;
 use maniple_tilemap::{Corner, Spawn, TileMap, TileShape};
-use maniple_view::Zone;
+use maniple_view::{Seat, Shape, Zone};
 use tiny_skia::{
     Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, Transform,
 };
@@ -27,6 +27,9 @@ const SEATS: [[u8; 3]; 8] = [
     [240, 228, 66],
     [120, 120, 120],
 ];
+
+/// The colour of what belongs to nobody.
+const NOBODY: [u8; 3] = [250, 250, 250];
 
 const GROUND: [u8; 3] = [236, 232, 220];
 const ROCK: [u8; 3] = [74, 78, 86];
@@ -63,7 +66,7 @@ impl Picture {
     pub(crate) fn draw_spawns(&mut self, spawns: &[Spawn]) {
         for spawn in spawns {
             let seat = u16::try_from(spawn.player).unwrap_or(u16::MAX);
-            self.draw_circle(spawn.position, 0.5, seat);
+            self.draw_object(spawn.position, Shape::Circle { radius: 0.5 }, Some(Seat(seat)));
         }
     }
 
@@ -78,14 +81,24 @@ impl Picture {
         }
     }
 
-    /// Draws an object of a seat.
-    pub(crate) fn draw_circle(&mut self, center: DVec2, radius: f64, seat: u16) {
-        let Some(path) = PathBuilder::from_circle(float(center.x), float(center.y), float(radius)) else {
-            return;
+    /// Draws an object of a seat; `None`: of nobody.
+    pub(crate) fn draw_object(&mut self, center: DVec2, shape: Shape, owner: Option<Seat>) {
+        let (path, line) = match shape {
+            Shape::Circle { radius } => {
+                let path = PathBuilder::from_circle(float(center.x), float(center.y), float(radius));
+                (path, radius * 0.2)
+            }
+            Shape::Rectangle { width, height } => {
+                let (min, max) = (center - shape.half(), center + shape.half());
+                let rectangle = Rect::from_ltrb(float(min.x), float(min.y), float(max.x), float(max.y));
+                (rectangle.map(PathBuilder::from_rect), width.min(height) * 0.05)
+            }
         };
+        let Some(path) = path else { return };
+        let color = owner.map_or(NOBODY, |seat| color_of(seat.0));
         let transform = self.transform();
-        self.pixels.fill_path(&path, &solid(color_of(seat)), FillRule::Winding, transform, None);
-        let stroke = Stroke { width: float(radius * 0.2), ..Stroke::default() };
+        self.pixels.fill_path(&path, &solid(color), FillRule::Winding, transform, None);
+        let stroke = Stroke { width: float(line), ..Stroke::default() };
         self.pixels.stroke_path(&path, &solid(WALL), &stroke, transform, None);
     }
 

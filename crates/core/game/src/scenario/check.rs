@@ -3,51 +3,144 @@
 use std::ops::Range;
 use std::time::Duration;
 
-use maniple_geometry::limits::{COORDINATE_MAX, RADIUS_MAX, SPEED_MAX};
-use maniple_geometry::{Cycle, Limits, NumberError};
-use maniple_view::{UnitType, UnitTypeId};
+use maniple_geometry::NumberError;
+use maniple_view::UnitType;
 use toml::Spanned;
 
-use super::nearest::{nearest, nearest_in_message};
+use super::nearest::nearest_in_message;
 use super::profile::profile;
+use super::units::{Modules, Reader, cycles, id};
 use super::{
-    Clock, GROUPS_MAX, Group, LENGTH_SECONDS_MAX, NAME_BYTES_MAX, Objective, Overrides, Problem,
-    RATE_DEFAULT, RATE_MAX, RATE_MIN, SCENARIO_BYTES_MAX, SEATS_MAX, SIGHT_DEFAULT, SIGHT_MIN, Scenario,
-    ScenarioError, SeatStart, TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN,
-    TerrainKnowledge, UNIT_TYPES_MAX, UNITS_MAX, Vision, ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
+    COUNT_MAX, Clock, Combat, GROUPS_MAX, Group, HarvestRule, LENGTH_SECONDS_MAX, NAME_BYTES_MAX, Neutral,
+    Objective, Overrides, PAUSE_SECONDS_DEFAULT, Problem, RATE_DEFAULT, RATE_MAX, RATE_MIN,
+    SCENARIO_BYTES_MAX, SEATS_MAX, SECONDS_MAX, Scenario, ScenarioError, SeatStart, TEAM_MAX,
+    TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN, TerrainKnowledge,
+    UNIT_FILES_MAX, UNIT_TYPES_MAX, UNITS_MAX, Vision, WANDER_DEFAULT, WANDER_MAX, WANDER_MIN,
+    ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
 };
 
-/// Longest path of a map, in bytes.
+/// Longest path of a file, in bytes.
 const PATH_BYTES_MAX: usize = 1024;
 
 /// A problem and the bytes of the text that it is about.
 pub(super) type Found<T> = Result<T, (Range<usize>, Problem)>;
 
-pub(super) fn read(name: &str, text: &str, overrides: &Overrides) -> Result<Scenario, ScenarioError> {
-    checked(text, overrides).map_err(|(span, problem)| {
-        let before = text.get(..span.start).unwrap_or_default();
+/// A text and the name of its file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source<'a> {
+    pub(crate) name: &'a str,
+    pub(crate) text: &'a str,
+}
+
+impl Source<'_> {
+    /// Returns a problem with its place.
+    fn error(&self, (span, problem): (Range<usize>, Problem)) -> ScenarioError {
+        let before = self.text.get(..span.start).unwrap_or_default();
         let line_start = before.rfind('\n').map_or(0, |place| place + 1);
         ScenarioError {
-            file: name.to_owned(),
+            file: self.name.to_owned(),
             line: before.matches('\n').count() + 1,
             column: before[line_start..].chars().count() + 1,
             problem,
         }
-    })
+    }
+
+    fn parsed<T: serde::de::DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+        if self.text.len() > SCENARIO_BYTES_MAX {
+            let problem = Problem::TooLong { found: self.text.len(), max: SCENARIO_BYTES_MAX };
+            return Err(self.error((0..0, problem)));
+        }
+        toml::from_str(self.text).map_err(|error| {
+            let nearest = nearest_in_message(error.message()).map(str::to_owned);
+            let problem = Problem::Shape { message: error.message().to_owned(), nearest };
+            self.error((error.span().unwrap_or(0..0), problem))
+        })
+    }
 }
 
-fn checked(text: &str, overrides: &Overrides) -> Found<Scenario> {
-    if text.len() > SCENARIO_BYTES_MAX {
-        return Err((0..0, Problem::TooLong { found: text.len(), max: SCENARIO_BYTES_MAX }));
+/// A scenario as it is written, before the files of its unit types are there.
+pub(crate) struct Draft<'a> {
+    source: Source<'a>,
+    file: file::File,
+}
+
+impl<'a> Draft<'a> {
+    pub(crate) fn parse(source: Source<'a>) -> Result<Self, ScenarioError> {
+        let file: file::File = source.parsed()?;
+        let draft = Self { source, file };
+        let units = &draft.file.units;
+        if let Some(first) = units.get(UNIT_FILES_MAX) {
+            let (value, max) = (units.len() as f64, UNIT_FILES_MAX as f64);
+            let problem =
+                Problem::OutOfRange { field: "the number of files of unit types", value, min: 0.0, max };
+            return Err(source.error((first.span(), problem)));
+        }
+        for path in units {
+            named(path, "units", PATH_BYTES_MAX).map_err(|problem| source.error(problem))?;
+        }
+        Ok(draft)
     }
-    let file: file::File = toml::from_str(text).map_err(|error| {
-        let nearest = nearest_in_message(error.message()).map(str::to_owned);
-        let problem = Problem::Shape { message: error.message().to_owned(), nearest };
-        (error.span().unwrap_or(0..0), problem)
-    })?;
-    let rate = number_or(file.rate.as_ref(), RATE_DEFAULT, "rate", RATE_MIN, RATE_MAX)?;
-    let rate = overrides.rate.unwrap_or(rate);
-    let unit_types = unit_types(&file.unit, rate, file.seat.span())?;
+
+    /// Returns the paths of the files of unit types, relative to the scenario's folder.
+    pub(crate) fn unit_files(&self) -> impl Iterator<Item = &str> {
+        self.file.units.iter().map(|path| path.get_ref().as_str())
+    }
+
+    /// Returns the scenario, with what is asked for instead of what it says; `units` are the texts of the files of unit
+    /// types.
+    pub(crate) fn checked(
+        &self,
+        units: &[Source<'_>],
+        overrides: &Overrides,
+    ) -> Result<Scenario, ScenarioError> {
+        let at_place = |problem| self.source.error(problem);
+        let rate = number_or(self.file.rate.as_ref(), RATE_DEFAULT, "rate", RATE_MIN, RATE_MAX);
+        let rate = overrides.rate.unwrap_or(rate.map_err(at_place)?);
+        let unit_types = self.unit_types(units, rate)?;
+        scenario(&self.file, unit_types, rate, overrides).map_err(at_place)
+    }
+
+    /// Returns all unit types, by name.
+    fn unit_types(&self, sources: &[Source<'_>], rate: f64) -> Result<Vec<UnitType>, ScenarioError> {
+        let files = sources.iter().map(Source::parsed).collect::<Result<Vec<file::UnitFile>, _>>()?;
+        let mut written: Vec<(&str, &Spanned<file::Unit>, Source<'_>)> =
+            self.file.unit.iter().map(|(name, unit)| (name.as_str(), unit, self.source)).collect();
+        for (file, source) in files.iter().zip(sources) {
+            written.extend(file.unit.iter().map(|(name, unit)| (name.as_str(), unit, *source)));
+        }
+        written.sort_by_key(|(name, ..)| *name);
+        for pair in written.windows(2) {
+            let [(name, _, first), (other, unit, second)] = pair else { continue };
+            if name == other {
+                let problem = Problem::Twice { name: (*name).to_owned(), other: first.name.to_owned() };
+                return Err(second.error((unit.span(), problem)));
+            }
+        }
+        count(written.len(), "the number of unit types", UNIT_TYPES_MAX, self.file.seat.span())
+            .map_err(|problem| self.source.error(problem))?;
+        let names: Vec<String> = written.iter().map(|(name, ..)| (*name).to_owned()).collect();
+        let modules = Modules {
+            combat: self.file.combat.is_some(),
+            harvest: self.file.harvest.is_some(),
+            production: self.file.production.is_some(),
+            modes: self.file.modes.is_some(),
+        };
+        let reader = Reader { rate, modules, names: &names };
+        let unit_type = |(name, unit, source): &(&str, &Spanned<file::Unit>, Source<'_>)| {
+            reader.unit_type(name, unit).map_err(|problem| source.error(problem))
+        };
+        written.iter().map(unit_type).collect()
+    }
+}
+
+fn scenario(
+    file: &file::File,
+    unit_types: Vec<UnitType>,
+    rate: f64,
+    overrides: &Overrides,
+) -> Found<Scenario> {
+    let names: Vec<String> = unit_types.iter().map(|unit_type| unit_type.name.clone()).collect();
+    let seats = seats(&file.seat, &names)?;
     Ok(Scenario {
         name: named(&file.name, "name", NAME_BYTES_MAX)?,
         map: named(&file.map, "map", PATH_BYTES_MAX)?,
@@ -57,24 +150,27 @@ fn checked(text: &str, overrides: &Overrides) -> Found<Scenario> {
         stops: file.kinematics.stops,
         profile: overrides.applied(profile(&file.kinematics, &file.view)?),
         clock: clock(&file.clock)?,
-        vision: file.vision.map(|vision| match vision.terrain {
+        vision: file.vision.as_ref().map(|vision| match vision.terrain {
             file::Terrain::Known => Vision { terrain: TerrainKnowledge::Known },
         }),
-        objective: objective(&file.objective)?,
-        seats: seats(&file.seat, &unit_types)?,
+        combat: file.combat.as_ref().map(|combat| Combat { friendly_fire: combat.friendly_fire }),
+        harvest: file
+            .harvest
+            .as_ref()
+            .map(|rule| harvest(rule.get_ref(), &unit_types, &names))
+            .transpose()?,
+        production: file.production.is_some(),
+        modes: file.modes.is_some(),
+        neutral: file.neutral.as_ref().map(|rule| neutral(rule, rate, &names)).transpose()?,
+        objective: objective(&file.objective, &seats)?,
+        seats,
         unit_types,
     })
 }
 
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "at most LENGTH_SECONDS_MAX * RATE_MAX"
-)]
-fn cycles_max(length_seconds: &Spanned<f64>, rate: f64) -> Found<Cycle> {
+fn cycles_max(length_seconds: &Spanned<f64>, rate: f64) -> Found<maniple_geometry::Cycle> {
     let seconds = number(length_seconds, "length_seconds", 1.0 / RATE_MAX, LENGTH_SECONDS_MAX)?;
-    let cycles = (seconds * rate).round();
-    Ok(Cycle(if cycles < 1.0 { 1 } else { cycles as u32 }))
+    Ok(maniple_geometry::Cycle(cycles(seconds, rate)))
 }
 
 fn clock(clock: &file::Clock) -> Found<Clock> {
@@ -88,87 +184,113 @@ fn clock(clock: &file::Clock) -> Found<Clock> {
     Ok(Clock { time_bank: Duration::from_secs_f64(seconds), stall: clock.stall })
 }
 
-fn objective(objective: &file::Objective) -> Found<Objective> {
-    match objective.kind {
+fn harvest(rule: &file::Harvest, unit_types: &[UnitType], names: &[String]) -> Found<HarvestRule> {
+    let patch = id(&rule.patch, names)?;
+    if unit_types[usize::from(patch.0)].patch_places.is_none() {
+        let name = rule.patch.get_ref().clone();
+        let problem = "is no resource patch; give it [unit.NAME.patch] with places, or name another";
+        return Err((rule.patch.span(), Problem::Unfit { name, problem }));
+    }
+    Ok(HarvestRule { patch })
+}
+
+fn neutral(rule: &file::Neutral, rate: f64, names: &[String]) -> Found<Neutral> {
+    let pause = rule.pause_seconds.as_ref();
+    let pause = number_or(pause, PAUSE_SECONDS_DEFAULT, "pause_seconds", 0.0, SECONDS_MAX)?;
+    Ok(Neutral {
+        groups: groups(&rule.groups, names)?,
+        wander: number_or(rule.wander.as_ref(), WANDER_DEFAULT, "wander", WANDER_MIN, WANDER_MAX)?,
+        pause: cycles(pause, rate),
+    })
+}
+
+fn objective(objective: &Spanned<file::Objective>, seats: &[SeatStart]) -> Found<Objective> {
+    let (place, objective) = (objective.span(), objective.get_ref());
+    let pointless = |span: Option<Range<usize>>, field, choice| {
+        span.map_or(Ok(()), |span| Err((span, Problem::Pointless { field, choice })))
+    };
+    let kind = objective.kind;
+    if kind != file::Kind::Race {
+        let span = objective.zone_size.as_ref().map(Spanned::span);
+        pointless(span, "zone_size", "kind = \"race\"")?;
+    }
+    if kind != file::Kind::Resources {
+        pointless(objective.goal.as_ref().map(Spanned::span), "goal", "kind = \"resources\"")?;
+    }
+    if kind != file::Kind::Survive {
+        pointless(objective.team.as_ref().map(Spanned::span), "team", "kind = \"survive\"")?;
+    }
+    Ok(match kind {
         file::Kind::Race => {
             let size = objective.zone_size.as_ref();
-            let zone_size = number_or(size, ZONE_SIZE_DEFAULT, "zone_size", 1.0, ZONE_SIZE_MAX)?;
-            Ok(Objective::Race { zone_size })
+            Objective::Race {
+                zone_size: number_or(size, ZONE_SIZE_DEFAULT, "zone_size", 1.0, ZONE_SIZE_MAX)?,
+            }
         }
-    }
+        file::Kind::Resources => {
+            let goal = objective.goal.as_ref().map(|goal| whole(goal, "goal", 1, u32::MAX));
+            Objective::Resources { goal: goal.transpose()? }
+        }
+        file::Kind::Kills => Objective::Kills,
+        file::Kind::Buildings => Objective::Buildings,
+        file::Kind::LastStanding => Objective::LastStanding,
+        file::Kind::Survive => {
+            let why = "name the team that has to survive";
+            let missing = (place, Problem::Missing { wanted: "team", why });
+            let team = objective.team.as_ref().ok_or(missing)?;
+            if seats.iter().all(|seat| seat.team != *team.get_ref()) {
+                let why = "a seat has to be in the team that is to survive";
+                return Err((team.span(), Problem::Missing { wanted: "a seat of this team", why }));
+            }
+            Objective::Survive { team: *team.get_ref() }
+        }
+    })
 }
 
-fn unit_types(
-    units: &std::collections::BTreeMap<String, Spanned<file::Unit>>,
-    rate: f64,
-    place: Range<usize>,
-) -> Found<Vec<UnitType>> {
-    count(units.len(), "the number of unit types", UNIT_TYPES_MAX, place)?;
-    units.iter().map(|(name, unit)| unit_type(name, unit, rate)).collect()
-}
-
-fn unit_type(name: &str, unit: &Spanned<file::Unit>, rate: f64) -> Found<UnitType> {
-    let limits = Limits::new(COORDINATE_MAX, RADIUS_MAX, SPEED_MAX)
-        .expect("the largest limits of all are limits of a world");
-    let span = unit.span();
-    let unit = unit.get_ref();
-    let bad = |field, value: &Spanned<f64>| {
-        let span = value.span();
-        move |problem: NumberError| (span, Problem::BadNumber { field, problem })
-    };
-    let radius = *unit.radius.get_ref();
-    limits.check_radius(radius).map_err(bad("radius", &unit.radius))?;
-    limits.check_speed(*unit.speed.get_ref()).map_err(bad("speed", &unit.speed))?;
-    let speed = unit.speed.get_ref() / rate;
-    limits.check_speed(speed).map_err(bad("speed divided by rate", &unit.speed))?;
-    let sight = number_or(unit.sight.as_ref(), SIGHT_DEFAULT, "sight", SIGHT_MIN, COORDINATE_MAX)?;
-    check_name(name, "the name of a unit type", NAME_BYTES_MAX, span)?;
-    Ok(UnitType { name: name.to_owned(), radius, speed, sight })
-}
-
-fn seats(seats: &Spanned<Vec<file::Seat>>, unit_types: &[UnitType]) -> Found<Vec<SeatStart>> {
+fn seats(seats: &Spanned<Vec<file::Seat>>, names: &[String]) -> Found<Vec<SeatStart>> {
     count(seats.get_ref().len(), "the number of seats", SEATS_MAX, seats.span())?;
-    seats.get_ref().iter().map(|seat| seat_start(seat, unit_types)).collect()
+    (0..).zip(seats.get_ref()).map(|(number, seat)| seat_start(number, seat, names)).collect()
 }
 
-fn seat_start(seat: &file::Seat, unit_types: &[UnitType]) -> Found<SeatStart> {
-    let place = seat.groups.span();
-    let written = seat.groups.get_ref();
+fn seat_start(number: u16, seat: &file::Seat, names: &[String]) -> Found<SeatStart> {
+    let team = seat.team.as_ref().map(|team| {
+        let value = u32::from(*team.get_ref());
+        let problem = Problem::OutOfRange {
+            field: "team",
+            value: f64::from(value),
+            min: 0.0,
+            max: f64::from(TEAM_MAX),
+        };
+        if *team.get_ref() <= TEAM_MAX { Ok(*team.get_ref()) } else { Err((team.span(), problem)) }
+    });
+    Ok(SeatStart {
+        bot: seat.bot.as_ref().map(|bot| named(bot, "bot", NAME_BYTES_MAX)).transpose()?,
+        team: team.transpose()?.unwrap_or(number),
+        stock: seat.stock.as_ref().map_or(Ok(0), |stock| whole(stock, "stock", 0, COUNT_MAX))?,
+        groups: groups(&seat.groups, names)?,
+    })
+}
+
+fn groups(written: &Spanned<Vec<file::Group>>, names: &[String]) -> Found<Vec<Group>> {
+    let place = written.span();
+    let written = written.get_ref();
     count(written.len(), "the number of groups", GROUPS_MAX, place.clone())?;
-    let groups = written.iter().map(|written| group(written, unit_types)).collect::<Found<Vec<Group>>>()?;
+    let group = |written: &file::Group| {
+        let count = whole(&written.count, "count", 1, UNITS_MAX)?;
+        Ok(Group { unit_type: id(&written.unit, names)?, count })
+    };
+    let groups = written.iter().map(group).collect::<Found<Vec<Group>>>()?;
     let units: u64 = groups.iter().map(|group| u64::from(group.count)).sum();
     if units > u64::from(UNITS_MAX) {
         let problem = Problem::OutOfRange {
-            field: "the number of units of the seat",
+            field: "the number of units of the groups",
             value: units as f64,
             min: 1.0,
             max: f64::from(UNITS_MAX),
         };
         return Err((place, problem));
     }
-    let bot = seat.bot.as_ref().map(|bot| named(bot, "bot", NAME_BYTES_MAX)).transpose()?;
-    Ok(SeatStart { bot, groups })
-}
-
-fn group(group: &file::Group, unit_types: &[UnitType]) -> Found<Group> {
-    let name = group.unit.get_ref();
-    let Some(place) = unit_types.iter().position(|unit_type| unit_type.name == *name) else {
-        let nearest = nearest(name, unit_types.iter().map(|unit_type| unit_type.name.as_str()));
-        let problem = Problem::UnknownUnit { name: name.clone(), nearest: nearest.map(str::to_owned) };
-        return Err((group.unit.span(), problem));
-    };
-    let count = *group.count.get_ref();
-    if !(1..=UNITS_MAX).contains(&count) {
-        let problem = Problem::OutOfRange {
-            field: "count",
-            value: f64::from(count),
-            min: 1.0,
-            max: f64::from(UNITS_MAX),
-        };
-        return Err((group.count.span(), problem));
-    }
-    let place = u16::try_from(place).expect("UNIT_TYPES_MAX fits into 16 bits");
-    Ok(Group { unit_type: UnitTypeId(place), count })
+    Ok(groups)
 }
 
 /// Checks that there is at least one and not too many.
@@ -179,7 +301,7 @@ fn count(found: usize, field: &'static str, max: usize, span: Range<usize>) -> F
     Err((span, Problem::OutOfRange { field, value: found as f64, min: 1.0, max: max as f64 }))
 }
 
-fn number_or(
+pub(super) fn number_or(
     value: Option<&Spanned<f64>>,
     default: f64,
     field: &'static str,
@@ -187,6 +309,17 @@ fn number_or(
     max: f64,
 ) -> Found<f64> {
     value.map_or(Ok(default), |value| number(value, field, min, max))
+}
+
+/// Returns the whole number if it is in range.
+pub(super) fn whole(value: &Spanned<u32>, field: &'static str, min: u32, max: u32) -> Found<u32> {
+    let span = value.span();
+    let value = *value.get_ref();
+    if (min..=max).contains(&value) {
+        return Ok(value);
+    }
+    let (value, min, max) = (f64::from(value), f64::from(min), f64::from(max));
+    Err((span, Problem::OutOfRange { field, value, min, max }))
 }
 
 /// Returns the number if it is in range; not a number is in none.
@@ -207,7 +340,7 @@ fn named(name: &Spanned<String>, field: &'static str, max: usize) -> Found<Strin
     Ok(name.get_ref().clone())
 }
 
-fn check_name(name: &str, field: &'static str, max: usize, span: Range<usize>) -> Found<()> {
+pub(super) fn check_name(name: &str, field: &'static str, max: usize, span: Range<usize>) -> Found<()> {
     if name.is_empty() || name.len() > max || name.chars().any(char::is_control) {
         return Err((span, Problem::BadName { field, name: name.to_owned(), max }));
     }
@@ -216,10 +349,11 @@ fn check_name(name: &str, field: &'static str, max: usize, span: Range<usize>) -
 
 #[cfg(test)]
 mod tests {
-    use maniple_view::{Positions, Profile, Scalar, Solver, Stops};
+    use maniple_geometry::Cycle;
+    use maniple_view::{Positions, Profile, Scalar, Solver, Stops, UnitTypeId};
 
     use super::*;
-    use crate::scenario::Stall;
+    use crate::scenario::{SIGHT_DEFAULT, Stall};
 
     const WHOLE: &str = r#"
 name = "Duel"

@@ -68,6 +68,38 @@ pub enum Problem {
         /// What would have to be chosen.
         choice: &'static str,
     },
+    /// Two things of which only one can be.
+    #[error("{one} and {other} cannot both be; leave one out")]
+    Conflict {
+        /// The one that is written here.
+        one: &'static str,
+        /// The other.
+        other: &'static str,
+    },
+    /// Something that is missing where something else is written.
+    #[error("{wanted} is missing; {why}")]
+    Missing {
+        /// The key, or what is meant by it.
+        wanted: &'static str,
+        /// Why it is needed, and the remedy.
+        why: &'static str,
+    },
+    /// A unit type that cannot be what it is named for.
+    #[error("{name:?} {problem}")]
+    Unfit {
+        /// The unit type.
+        name: String,
+        /// Why it cannot, and the remedy.
+        problem: &'static str,
+    },
+    /// A unit type of a name that another file has too.
+    #[error("the unit type {name:?} is in {other}, too; rename one, or leave it out")]
+    Twice {
+        /// The name.
+        name: String,
+        /// The other file.
+        other: String,
+    },
     /// A group of a unit type that the scenario does not have.
     #[error("no unit type is called {name:?}{}", hint(.nearest.as_deref()))]
     UnknownUnit {

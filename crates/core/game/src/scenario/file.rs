@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use maniple_view::{Scalar, Stops};
+use maniple_view::{Falloff, Layer, Scalar, Stops};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -33,7 +33,14 @@ pub(super) struct File {
     #[serde(default)]
     pub(super) view: View,
     pub(super) vision: Option<Vision>,
-    pub(super) objective: Objective,
+    pub(super) combat: Option<Combat>,
+    pub(super) harvest: Option<Spanned<Harvest>>,
+    pub(super) production: Option<Production>,
+    pub(super) modes: Option<Modes>,
+    pub(super) neutral: Option<Neutral>,
+    pub(super) objective: Spanned<Objective>,
+    #[serde(default)]
+    pub(super) units: Vec<Spanned<String>>,
     #[serde(default)]
     pub(super) unit: BTreeMap<String, Spanned<Unit>>,
     pub(super) seat: Spanned<Vec<Seat>>,
@@ -97,29 +104,131 @@ pub(super) enum Terrain {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Objective {
-    pub(super) kind: Kind,
-    pub(super) zone_size: Option<Spanned<f64>>,
+pub(super) struct Combat {
+    #[serde(default)]
+    pub(super) friendly_fire: bool,
 }
 
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Harvest {
+    pub(super) patch: Spanned<String>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Production {}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Modes {}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Neutral {
+    pub(super) groups: Spanned<Vec<Group>>,
+    pub(super) wander: Option<Spanned<f64>>,
+    pub(super) pause_seconds: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Objective {
+    pub(super) kind: Kind,
+    pub(super) zone_size: Option<Spanned<f64>>,
+    pub(super) goal: Option<Spanned<u32>>,
+    pub(super) team: Option<Spanned<u16>>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Kind {
     Race,
+    Resources,
+    Kills,
+    Buildings,
+    LastStanding,
+    Survive,
+}
+
+/// A file of unit types.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct UnitFile {
+    #[serde(default)]
+    pub(super) unit: BTreeMap<String, Spanned<Unit>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Unit {
-    pub(super) radius: Spanned<f64>,
+    pub(super) radius: Option<Spanned<f64>>,
+    pub(super) width: Option<Spanned<f64>>,
+    pub(super) height: Option<Spanned<f64>>,
     pub(super) speed: Spanned<f64>,
     pub(super) sight: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(super) layer: Layer,
+    pub(super) hit_points: Option<Spanned<u32>>,
+    pub(super) armor: Option<Spanned<u32>>,
+    pub(super) weapon: Option<Weapon>,
+    pub(super) alternate: Option<Alternate>,
+    pub(super) harvest: Option<Carrier>,
+    pub(super) patch: Option<Patch>,
+    #[serde(default)]
+    pub(super) takes_loads: bool,
+    pub(super) cost: Option<Spanned<u32>>,
+    pub(super) make_seconds: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(super) requires: Vec<Spanned<String>>,
+    #[serde(default)]
+    pub(super) trains: Vec<Spanned<String>>,
+    #[serde(default)]
+    pub(super) builds: Vec<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Weapon {
+    pub(super) range: Spanned<f64>,
+    pub(super) range_min: Option<Spanned<f64>>,
+    pub(super) cooldown_seconds: Spanned<f64>,
+    pub(super) damage_min: Spanned<u32>,
+    pub(super) damage_max: Spanned<u32>,
+    pub(super) splash_radius: Option<Spanned<f64>>,
+    pub(super) splash_falloff: Option<Spanned<Falloff>>,
+    pub(super) targets: Option<Spanned<Vec<Layer>>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Alternate {
+    pub(super) name: Spanned<String>,
+    pub(super) switch_seconds: Spanned<f64>,
+    pub(super) speed: Spanned<f64>,
+    pub(super) armor: Option<Spanned<u32>>,
+    pub(super) weapon: Option<Weapon>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Carrier {
+    pub(super) load_max: Spanned<u32>,
+    pub(super) seconds_each: Spanned<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Patch {
+    pub(super) places: Spanned<u32>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Seat {
     pub(super) bot: Option<Spanned<String>>,
+    pub(super) team: Option<Spanned<u16>>,
+    pub(super) stock: Option<Spanned<u32>>,
     pub(super) groups: Spanned<Vec<Group>>,
 }
 

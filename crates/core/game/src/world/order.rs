@@ -32,7 +32,17 @@ pub(super) fn parsed(command: &Command, speed_max: f64, ground: &Ground) -> Resu
         }
         Command::Path { points, start, .. } => path(points, *start, &Bounds { speed_max, ground }),
         Command::Stop { .. } => Ok(Order::Halt { start: None }),
-        Command::Resign => Err(Refusal::UnknownAction),
+        Command::Resign
+        | Command::Attack { .. }
+        | Command::AttackAt { .. }
+        | Command::AttackMove { .. }
+        | Command::Hold { .. }
+        | Command::Gather { .. }
+        | Command::ReturnLoad { .. }
+        | Command::Build { .. }
+        | Command::Train { .. }
+        | Command::Cancel { .. }
+        | Command::Switch { .. } => Err(Refusal::UnknownAction),
     }
 }
 
@@ -90,7 +100,7 @@ fn path(points: &[Waypoint], start: Option<Start>, bounds: &Bounds<'_>) -> Resul
 }
 
 /// A goal on the edge of the world is within it, though no circle gets there.
-fn goal(x: f64, y: f64, ground: &Ground) -> Result<DVec2, Refusal> {
+pub(super) fn goal(x: f64, y: f64, ground: &Ground) -> Result<DVec2, Refusal> {
     let Ground { width, height, limits, .. } = *ground;
     let out = Refusal::OutOfWorld { width, height };
     for (field, value, end) in [("x", x, width), ("y", y, height)] {

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use glam::DVec2;
 use maniple_geometry::{Cycle, ObjectId};
-use maniple_view::{Command, EndReason, Handle, Refusal, Seat, Stop, WAYPOINTS_MAX};
+use maniple_view::{Command, EndReason, Handle, Refusal, Seat, Shape, Stop, WAYPOINTS_MAX};
 
 use super::World;
 use crate::{Files, Loaded, LoadedFile, Overrides, load};
@@ -40,7 +40,7 @@ fn every_command_is_taken_or_refused_with_its_reason() {
             ),
         );
         world.step();
-        assert_eq!(world.command(Seat(0), ObjectId(0), &command), expected, "{command:?}");
+        assert_eq!(world.command(Seat(0), ObjectId(0), &command, None), expected, "{command:?}");
     };
     let go = |x, y, s| Command::Move { object: Handle(0), x, y, s, queue: false, start: None };
     let out = || Err(Refusal::OutOfWorld { width: 24, height: 6 });
@@ -96,14 +96,14 @@ fn only_own_living_objects_that_can_move_obey() {
         &format!("groups = [{{ unit = 'a', count = 1 }}, {{ unit = 'b', count = 1 }}]\n[[seat]]\n{ONE}"),
     );
     let stop = Command::Stop { object: Handle(0) };
-    assert_eq!(world.command(Seat(0), ObjectId(0), &stop), Ok(()));
-    assert_eq!(world.command(Seat(0), ObjectId(1), &stop), Err(Refusal::UnknownAction));
-    assert_eq!(world.command(Seat(0), ObjectId(2), &stop), Err(Refusal::UnknownHandle));
-    assert_eq!(world.command(Seat(0), ObjectId(9), &stop), Err(Refusal::UnknownHandle));
+    assert_eq!(world.command(Seat(0), ObjectId(0), &stop, None), Ok(()));
+    assert_eq!(world.command(Seat(0), ObjectId(1), &stop, None), Err(Refusal::UnknownAction));
+    assert_eq!(world.command(Seat(0), ObjectId(2), &stop, None), Err(Refusal::UnknownHandle));
+    assert_eq!(world.command(Seat(0), ObjectId(9), &stop, None), Err(Refusal::UnknownHandle));
     world.resign(Seat(0));
-    assert_eq!(world.command(Seat(0), ObjectId(0), &stop), Err(Refusal::Out));
+    assert_eq!(world.command(Seat(0), ObjectId(0), &stop, None), Err(Refusal::Out));
     world.step();
-    assert_eq!(world.command(Seat(1), ObjectId(2), &stop), Err(Refusal::Out), "the match has ended");
+    assert_eq!(world.command(Seat(1), ObjectId(2), &stop, None), Err(Refusal::Out), "the match has ended");
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn too_many_queued_moves_are_refused_and_change_nothing() {
     let mut world = world("", ONE);
     let queued = Command::Move { object: Handle(0), x: 3.0, y: 3.0, s: None, queue: true, start: None };
     let refused = (0..=WAYPOINTS_MAX + 1)
-        .find_map(|_| world.command(Seat(0), ObjectId(0), &queued).err())
+        .find_map(|_| world.command(Seat(0), ObjectId(0), &queued, None).err())
         .expect("a queue has an end");
     assert!(matches!(refused, Refusal::TooManyWaypoints { .. }), "{refused:?}");
 }
@@ -122,7 +122,7 @@ fn a_unit_goes_to_its_goal_at_the_speed_of_its_type_and_says_so() {
     let from = world.sightings(Seat(0))[0].base.point;
     let x = if from.x < 12.0 { from.x + 2.0 } else { from.x - 2.0 };
     let go = Command::Move { object: Handle(0), x, y: from.y, s: None, queue: false, start: None };
-    world.command(Seat(0), ObjectId(0), &go).unwrap();
+    world.command(Seat(0), ObjectId(0), &go, None).unwrap();
     world.step();
     assert_eq!(world.sightings(Seat(0))[0].base.velocity.length(), 0.5);
     for _ in 0..4 {
@@ -141,7 +141,7 @@ fn walls_and_the_edge_of_the_map_are_told_apart() {
         let mut world = World::new(&loaded).unwrap();
         let mut approach = |x: f64, y: f64| {
             let go = Command::Move { object: Handle(0), x, y, s: None, queue: false, start: None };
-            world.command(Seat(0), ObjectId(0), &go).unwrap();
+            world.command(Seat(0), ObjectId(0), &go, None).unwrap();
             (0..80).find_map(|_| {
                 world.step();
                 world.sightings(Seat(0))[0].stop
@@ -179,8 +179,8 @@ fn the_objects_of_who_resigns_die_at_the_end_of_the_cycle_before_those_who_saw_t
     world.resign(Seat(0));
     world.step();
     assert_eq!(
-        world.ending().map(|ending| (ending.reason, ending.winner)),
-        Some((EndReason::Resigned, Some(Seat(2))))
+        world.ending().map(|ending| (ending.reason, ending.winners.clone())),
+        Some((EndReason::Resigned, vec![Seat(2)]))
     );
 }
 
@@ -194,7 +194,7 @@ fn the_hash_differs_as_soon_as_anything_differs() {
     };
     let stop = |world: &mut World| {
         let go = Command::Move { object: Handle(0), x: 12.0, y: 3.0, s: None, queue: false, start: None };
-        world.command(Seat(0), ObjectId(0), &go).unwrap();
+        world.command(Seat(0), ObjectId(0), &go, None).unwrap();
     };
     let mut hashes = vec![
         hash(|_| ()),
@@ -216,7 +216,7 @@ fn the_match_ends_at_its_length() {
         world.step();
     }
     let ending = world.ending().unwrap();
-    assert_eq!((ending.reason, ending.cycles, ending.winner), (EndReason::Length, Cycle(240), None));
+    assert_eq!((ending.reason, ending.cycles, &ending.winners[..]), (EndReason::Length, Cycle(240), &[][..]));
 }
 
 fn world(tables: &str, seats: &str) -> World {
@@ -232,6 +232,9 @@ fn a_start_that_is_no_world_is_an_error_with_a_remedy() {
         let error = World::new(&loaded).err().map(|error| error.to_string()).unwrap();
         assert!(named.iter().all(|name| error.contains(name)), "{error} does not name {named:?}");
     };
-    check(|loaded| Arc::make_mut(&mut loaded.scenario).unit_types[0].radius = 1e9, &["radius", "unit types"]);
+    check(
+        |loaded| Arc::make_mut(&mut loaded.scenario).unit_types[0].shape = Shape::Circle { radius: 1e9 },
+        &["radius", "unit types"],
+    );
     check(|loaded| loaded.setup.units[0].position = DVec2::ZERO, &["unit 0", "wall", "move the spawn"]);
 }

@@ -100,9 +100,12 @@ fn who_resigns_is_out_and_the_other_wins() {
     assert_eq!(delta.died.len(), 1);
     assert_eq!(referee.take_delta(B).unwrap().died.len(), 1);
     let result = referee.result().unwrap();
-    assert_eq!((result.winner, result.reason, result.cycles), (Some(B), EndReason::Resigned, Cycle(1)));
+    assert_eq!(
+        (&result.winners[..], result.reason, result.cycles),
+        (&[B][..], EndReason::Resigned, Cycle(1))
+    );
     assert!(result.scores[0].resigned && !result.scores[1].resigned);
-    assert_eq!((result.scores[0].name.as_str(), result.scores[1].units), ("Ada", 1));
+    assert_eq!((result.scores[0].name.as_str(), result.scores[1].tally.units), ("Ada", 1));
     assert_eq!(result.hash, referee.hash());
     assert!(!referee.is_ready());
     assert_eq!(referee.handle_commands(B, Cycle(1), vec![]), Ok(()));
@@ -161,7 +164,7 @@ fn who_stalls_is_forfeited_if_the_scenario_says_so() {
     let forfeited = RecordedEvent::Forfeited { cycle: Cycle(0), seat: B };
     assert_eq!(referee.take_records().last(), Some(&forfeited));
     referee.step();
-    assert_eq!(referee.result().unwrap().winner, Some(A));
+    assert_eq!(referee.result().unwrap().winners, [A]);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use maniple_game::Overrides;
+use maniple_game::scenario::Objective;
 use maniple_geometry::Cycle;
 use maniple_view::{Digest, EndReason, MatchResult, Score, Seat};
 use serde::Serialize;
@@ -13,7 +14,7 @@ use crate::arguments::Match;
 use crate::explain::Costs;
 use crate::failure::Failure;
 use crate::output::{Format, grouped, note, print, print_text};
-use crate::{files, headless, models, start};
+use crate::{files, headless, models, outcome, start};
 
 /// How a match went, as it is printed.
 #[derive(Debug, Serialize)]
@@ -21,7 +22,7 @@ struct Report {
     scenario: String,
     seed: u64,
     cycles: u32,
-    winner: Option<Seat>,
+    winners: Vec<Seat>,
     scores: Vec<Score>,
     hash: Digest,
     cycles_per_second: f64,
@@ -29,6 +30,8 @@ struct Report {
     replay: Option<String>,
     #[serde(skip)]
     reason: EndReason,
+    #[serde(skip)]
+    objective: Objective,
     #[serde(skip)]
     rate: f64,
 }
@@ -46,6 +49,7 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
     }
     let bots = headless::bots(&loaded, &arguments.bots)?;
     let (name, seed, rate) = (loaded.scenario.name.clone(), loaded.scenario.seed, loaded.scenario.rate);
+    let objective = loaded.scenario.objective;
     let bar = progress_bar(u64::from(loaded.scenario.cycles_max.0));
     let replay = arguments.replay.as_deref().map(files::create).transpose()?;
     note(&models::line(&loaded));
@@ -59,17 +63,18 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
     };
     let seconds = begun.elapsed().as_secs_f64();
     bar.finish_and_clear();
-    let MatchResult { winner, reason, cycles, scores, hash } = result;
+    let MatchResult { winners, reason, cycles, scores, hash } = result;
     let report = Report {
         scenario: name,
         seed,
         cycles: cycles.0,
-        winner,
+        winners,
         scores,
         hash,
         cycles_per_second: f64::from(cycles.0) / seconds,
         replay: arguments.replay.as_ref().map(|path| path.display().to_string()),
         reason,
+        objective,
         rate,
     };
     print(Format::of(&arguments.json), &report, |report| text(report, arguments))?;
@@ -91,10 +96,7 @@ fn text(report: &Report, arguments: &Match) -> String {
         "{}, seed {}: {} after {} cycles ({:.1} s of play), {} cycles a second\n",
         report.scenario,
         report.seed,
-        match report.winner {
-            Some(seat) => format!("seat {seat} wins"),
-            None => "a draw".to_owned(),
-        },
+        outcome::winners(&report.winners),
         grouped(u64::from(report.cycles)),
         f64::from(report.cycles) / report.rate,
         whole(report.cycles_per_second),
@@ -102,20 +104,13 @@ fn text(report: &Report, arguments: &Match) -> String {
     for score in &report.scores {
         let _ = writeln!(
             text,
-            "  seat {}  {:<12} {:>4} of {} units in the zone, sum of cycles {}{}",
+            "  seat {}  {:<12} {}",
             score.seat,
             score.name,
-            score.arrived,
-            score.units,
-            grouped(score.arrival_sum),
-            if score.resigned { ", resigned" } else { "" },
+            outcome::score(&report.objective, score),
         );
     }
-    let ended = match report.reason {
-        EndReason::Objective => "all units have arrived",
-        EndReason::Length => "the time was up",
-        EndReason::Resigned => "the others had resigned",
-    };
+    let ended = outcome::reason(&report.objective, report.reason);
     let _ = writeln!(text, "  {ended}; state hash {}", report.hash);
     let _ = match &report.replay {
         Some(replay) => {

@@ -15,7 +15,7 @@ use crate::arguments::{ReplayCommand, ReplayFile, ReplayRender};
 use crate::failure::Failure;
 use crate::output::{Format, grouped, print};
 use crate::picture::Picture;
-use crate::{files, start};
+use crate::{files, outcome, start};
 
 /// Runs `maniple replay`.
 pub(crate) fn run(command: &ReplayCommand) -> Result<(), Failure> {
@@ -84,9 +84,9 @@ impl Info {
         let _ = writeln!(text, "players: {}", self.players.join(", "));
         let _ = writeln!(text, "{} commands", grouped(self.commands as u64));
         if let Some(result) = &self.result {
-            let winner = result.winner.map_or("a draw".to_owned(), |seat| format!("seat {seat} won"));
+            let winners = outcome::winners(&result.winners);
             let cycles = grouped(u64::from(result.cycles.0));
-            let _ = writeln!(text, "{winner} after {cycles} cycles, state hash {}", result.hash);
+            let _ = writeln!(text, "{winners} after {cycles} cycles, state hash {}", result.hash);
         }
         text
     }
@@ -167,16 +167,19 @@ fn render(arguments: &ReplayRender) -> Result<(), Failure> {
 fn drawn(referee: &Referee, scale: Option<u32>) -> Result<Picture, Failure> {
     let mut picture = Picture::of(&referee.loaded().map, scale)?;
     let rules = referee.rules();
-    let Objective::Race { zones } = &rules.objective;
-    for zone in zones {
-        picture.draw_zone(zone);
+    if let Objective::Race { zones } = &rules.objective {
+        for zone in zones {
+            picture.draw_zone(zone);
+        }
     }
     // Each seat's view has all its own objects, in fog too.
     for seat in (0..).map(Seat).take(referee.seats()) {
         let view = referee.view(seat);
-        for (_, seen) in view.objects_of(seat) {
-            let radius = rules.unit_types[usize::from(seen.unit_type.0)].radius;
-            picture.draw_circle(seen.base.position(view.cycle()), radius, seat.0);
+        for (_, seen) in view.objects() {
+            if seen.owner == Some(seat) || seen.owner.is_none() {
+                let shape = rules.unit_types[usize::from(seen.unit_type.0)].shape;
+                picture.draw_object(seen.base.position(view.cycle()), shape, seen.owner);
+            }
         }
     }
     Ok(picture)

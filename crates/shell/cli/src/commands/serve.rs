@@ -12,7 +12,7 @@ use crate::arguments::{Clock, Serve};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::{Format, note, print};
-use crate::{files, models, start};
+use crate::{files, models, outcome, start};
 
 /// What clients have to know to join a match.
 #[derive(Debug, Serialize)]
@@ -147,9 +147,6 @@ fn prepare(
 
 /// Returns how a match ended, in a line.
 pub(crate) fn summary(result: &MatchResult) -> String {
-    let winner = match result.winner {
-        Some(seat) => format!("seat {seat} wins"),
-        None => "a draw".to_owned(),
-    };
-    format!("{winner} after {} cycles, state hash {}\n", result.cycles, result.hash)
+    let winners = outcome::winners(&result.winners);
+    format!("{winners} after {} cycles, state hash {}\n", result.cycles, result.hash)
 }
