@@ -114,16 +114,35 @@ impl<S: Scalar> Solver<S> {
     }
 
     /// Stops whoever collides, earliest first.
+    ///
+    /// # Panics
+    /// Where it takes more generations than [`Solver::generations_max`], which would be a mistake of ours.
     fn take_events(&mut self, setting: &Setting<'_, S>) {
+        let mut left = self.generations_max();
         self.generation.clear();
-        // Every generation stops at least one object for the rest of the cycle or drops a hit between two that
-        // have both come to rest, so there are no more than objects and hits.
         while let Some(time) = self.agenda.take_first(&mut self.generation) {
+            assert!(left > 0, "every generation stops somebody or is done with a hit for good");
+            left -= 1;
             self.find_halts(setting.settings.stops, time);
             self.stop_all(time);
             self.predict_anew(time, setting.skin);
             self.generation.clear();
         }
+    }
+
+    /// Returns a bound of how many generations a block takes: `n + f + e (2 + s)`, with `n` runners, `f` fixed, `e` edges and
+    /// `s` stages in the arena.
+    ///
+    /// A generation that stops somebody does so for the rest of the cycle: at most `n`. In any other, nobody stops for any of
+    /// its hits, and each of these is done with:
+    /// - with something at rest: it is never put on the agenda again, so there are at most `f`;
+    /// - an edge of which one is halted: it is predicted anew only when the other halts, and then not at all: one an edge;
+    /// - an edge of which neither is halted: the hit was found on a piece of each. If one of the pieces has ended, it does not
+    ///   come back. If not, nobody moves towards the other there (`v · d > 0`, decided exactly), so `d · w >= 0`, and these two
+    ///   pieces have no contact from then on. So there is one for each two pieces that hold at the same time, fewer than the two
+    ///   have pieces: 2 if both go straight, 1 and the stages of the other if one does, `s` at most if both turn.
+    fn generations_max(&self) -> usize {
+        self.runners.len() + self.fixed.len() + self.edges.len() * (2 + self.arena.len())
     }
 
     /// Bytes on the heap.
