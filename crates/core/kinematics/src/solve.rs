@@ -315,30 +315,26 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
-    /// Stops those of a generation, each for the reason that comes first.
+    /// Stops those of a generation, each for the reason that comes first, and leaves each of them once in the list.
     pub(crate) fn stop_all(&mut self, time: S) {
-        if self.halts.len() > 2 {
-            self.halts.sort_unstable_by_key(|halt| halt.0);
-            self.halts.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                if same {
-                    kept.1 = kept.1.merged(next.1);
-                }
-                same
-            });
-        } else if let [first, second] = self.halts[..]
-            && first.0 == second.0
-        {
-            self.halts.truncate(1);
-            self.halts[0].1 = first.1.merged(second.1);
-        }
-        for &(runner, halt) in &self.halts {
-            let this = &mut self.runners[runner as usize];
-            if matches!(this.track, Track::Straight { .. }) {
-                self.touched.push(runner);
+        let Self { halts, runners, touched, arena, .. } = self;
+        let mut kept = 0;
+        for place in 0..halts.len() {
+            let (runner, halt) = halts[place];
+            let this = &mut runners[runner as usize];
+            // Who was stopped before is not in the list, so whoever has a halt has it from this generation.
+            if let Some(other) = this.halt {
+                this.halt = Some(other.merged(halt));
+                continue;
             }
-            this.stop(time, halt, &self.arena);
+            if matches!(this.track, Track::Straight { .. }) {
+                touched.push(runner);
+            }
+            this.stop(time, halt, arena);
+            halts[kept] = (runner, halt);
+            kept += 1;
         }
+        halts.truncate(kept);
     }
 
     /// Predicts the next collisions of the stopped with their neighbours, and of pairs whose collision stopped neither.
