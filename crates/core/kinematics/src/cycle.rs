@@ -203,16 +203,22 @@ impl<S: Scalar> World<S> {
         for solver in &mut crew[..solvers] {
             solver.make_room(self.activity.runners);
         }
-        let setting = self.setting();
-        let stretch = blocks.len().div_ceil(solvers);
-        let work = |(number, solver): (usize, &mut Solver<S>)| {
-            for block in blocks.clone().skip(number * stretch).take(stretch) {
-                solver.solve(&self.components, block, &setting);
-            }
-        };
         if solvers == 1 {
-            work((0, &mut crew[0]));
+            // Components share nothing, so what became of one block can be taken over while its objects are in the cache.
+            let solver = &mut crew[0];
+            for block in blocks {
+                solver.solve(&self.components, block, &self.setting());
+                solver.outcome.apply(&mut self.objects, self.cycle);
+                solver.outcome.note_applied();
+            }
         } else {
+            let setting = self.setting();
+            let stretch = blocks.len().div_ceil(solvers);
+            let work = |(number, solver): (usize, &mut Solver<S>)| {
+                for block in blocks.clone().skip(number * stretch).take(stretch) {
+                    solver.solve(&self.components, block, &setting);
+                }
+            };
             crew[..solvers].par_iter_mut().enumerate().for_each(work);
         }
         self.solvers = crew;

@@ -50,11 +50,13 @@ pub(crate) struct Outcome<S: Scalar> {
     pub(crate) events: Vec<Event>,
     /// How often anybody was pulled back.
     pub(crate) retreats: usize,
+    /// How many of the halted and of the turned have been applied.
+    applied: (usize, usize),
 }
 
 impl<S: Scalar> Outcome<S> {
     pub(crate) fn new() -> Self {
-        Self { halted: Vec::new(), turned: Vec::new(), events: Vec::new(), retreats: 0 }
+        Self { halted: Vec::new(), turned: Vec::new(), events: Vec::new(), retreats: 0, applied: (0, 0) }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -65,17 +67,19 @@ impl<S: Scalar> Outcome<S> {
         self.turned.clear();
         self.events.clear();
         self.retreats = 0;
+        self.applied = (0, 0);
     }
 
-    /// Lets objects rest or go on as it says.
+    /// Lets objects rest or go on as it says, but for those who have been applied.
     pub(crate) fn apply(&self, objects: &mut Objects<S>, cycle: Cycle) {
-        for some in self.halted.chunks(AT_ONCE) {
+        let (halted, turned) = (&self.halted[self.applied.0..], &self.turned[self.applied.1..]);
+        for some in halted.chunks(AT_ONCE) {
             objects.fetch(some.iter().map(|halted| halted.slot));
             for &Halted { slot, time, point, hash, .. } in some {
                 objects.halt(slot, point, Moment { cycle, fraction: time.to_f64() }, hash);
             }
         }
-        for &Turned { slot, motion, leg, consumed } in &self.turned {
+        for &Turned { slot, motion, leg, consumed } in turned {
             match leg {
                 Some(leg) => objects.set_out(slot, &motion, leg),
                 None => objects.set_at_rest(slot, motion.start, motion.from),
@@ -83,6 +87,11 @@ impl<S: Scalar> Outcome<S> {
             objects.consume(slot, consumed);
             objects.settle(slot, cycle.next());
         }
+    }
+
+    /// Notes that all have been applied who are in it by now.
+    pub(crate) fn note_applied(&mut self) {
+        self.applied = (self.halted.len(), self.turned.len());
     }
 
     /// Adds all events to a list, those of one object in their order.

@@ -114,16 +114,35 @@ impl<S: Scalar> Solver<S> {
     }
 
     /// Stops whoever collides, earliest first.
+    ///
+    /// # Panics
+    /// Where it takes more generations than [`Solver::generations_max`], which would be a mistake of ours.
     fn take_events(&mut self, setting: &Setting<'_, S>) {
+        let mut left = self.generations_max();
         self.generation.clear();
-        // Every generation stops at least one object for the rest of the cycle or drops a hit between two that
-        // have both come to rest, so there are no more than objects and hits.
         while let Some(time) = self.agenda.take_first(&mut self.generation) {
+            assert!(left > 0, "every generation stops somebody or is done with a hit for good");
+            left -= 1;
             self.find_halts(setting.settings.stops, time);
             self.stop_all(time);
             self.predict_anew(time, setting.skin);
             self.generation.clear();
         }
+    }
+
+    /// Returns a bound of how many generations a block takes: `n + f + e (2 + s)`, with `n` runners, `f` fixed, `e` edges and
+    /// `s` stages in the arena.
+    ///
+    /// A generation that stops somebody does so for the rest of the cycle: at most `n`. In any other, nobody stops for any of
+    /// its hits, and each of these is done with:
+    /// - with something at rest: it is never put on the agenda again, so there are at most `f`;
+    /// - an edge of which one is halted: it is predicted anew only when the other halts, and then not at all: one an edge;
+    /// - an edge of which neither is halted: the hit was found on a piece of each. If one of the pieces has ended, it does not
+    ///   come back. If not, nobody moves towards the other there (`v · d > 0`, decided exactly), so `d · w >= 0`, and these two
+    ///   pieces have no contact from then on. So there is one for each two pieces that hold at the same time, fewer than the two
+    ///   have pieces: 2 if both go straight, 1 and the stages of the other if one does, `s` at most if both turn.
+    fn generations_max(&self) -> usize {
+        self.runners.len() + self.fixed.len() + self.edges.len() * (2 + self.arena.len())
     }
 
     /// Bytes on the heap.
@@ -296,30 +315,26 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
-    /// Stops those of a generation, each for the reason that comes first.
+    /// Stops those of a generation, each for the reason that comes first, and leaves each of them once in the list.
     pub(crate) fn stop_all(&mut self, time: S) {
-        if self.halts.len() > 2 {
-            self.halts.sort_unstable_by_key(|halt| halt.0);
-            self.halts.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                if same {
-                    kept.1 = kept.1.merged(next.1);
-                }
-                same
-            });
-        } else if let [first, second] = self.halts[..]
-            && first.0 == second.0
-        {
-            self.halts.truncate(1);
-            self.halts[0].1 = first.1.merged(second.1);
-        }
-        for &(runner, halt) in &self.halts {
-            let this = &mut self.runners[runner as usize];
-            if matches!(this.track, Track::Straight { .. }) {
-                self.touched.push(runner);
+        let Self { halts, runners, touched, arena, .. } = self;
+        let mut kept = 0;
+        for place in 0..halts.len() {
+            let (runner, halt) = halts[place];
+            let this = &mut runners[runner as usize];
+            // Who was stopped before is not in the list, so whoever has a halt has it from this generation.
+            if let Some(other) = this.halt {
+                this.halt = Some(other.merged(halt));
+                continue;
             }
-            this.stop(time, halt, &self.arena);
+            if matches!(this.track, Track::Straight { .. }) {
+                touched.push(runner);
+            }
+            this.stop(time, halt, arena);
+            halts[kept] = (runner, halt);
+            kept += 1;
         }
+        halts.truncate(kept);
     }
 
     /// Predicts the next collisions of the stopped with their neighbours, and of pairs whose collision stopped neither.
