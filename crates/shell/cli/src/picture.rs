@@ -2,7 +2,7 @@
 
 use anyhow::anyhow;
 use glam::DVec2;
-use maniple_tilemap::{Corner, Spawn, TileMap, TileShape};
+use maniple_tilemap::{Corner, Resource, Spawn, TileMap, TileShape};
 use maniple_view::Zone;
 use tiny_skia::{
     Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, Transform,
@@ -31,6 +31,12 @@ const SEATS: [[u8; 3]; 8] = [
 const GROUND: [u8; 3] = [236, 232, 220];
 const ROCK: [u8; 3] = [74, 78, 86];
 const WALL: [u8; 3] = [20, 22, 26];
+const WATER: [u8; 3] = [70, 112, 150];
+const TREES: [u8; 3] = [66, 96, 66];
+const CRYSTAL: [u8; 3] = [150, 220, 225];
+
+/// The radius in which a resource is drawn, in tiles.
+const RESOURCE_RADIUS: f64 = 0.375;
 
 /// A picture of a map, to draw on. Drawing is in world units.
 pub(crate) struct Picture {
@@ -67,6 +73,13 @@ impl Picture {
         }
     }
 
+    /// Draws what can be gathered.
+    pub(crate) fn draw_resources(&mut self, resources: &[Resource]) {
+        for resource in resources {
+            self.draw_disc(resource.position, RESOURCE_RADIUS, CRYSTAL);
+        }
+    }
+
     /// Draws the zone of a seat, transparent.
     pub(crate) fn draw_zone(&mut self, zone: &Zone) {
         let [red, green, blue] = color_of(zone.seat.0);
@@ -80,11 +93,15 @@ impl Picture {
 
     /// Draws an object of a seat.
     pub(crate) fn draw_circle(&mut self, center: DVec2, radius: f64, seat: u16) {
+        self.draw_disc(center, radius, color_of(seat));
+    }
+
+    fn draw_disc(&mut self, center: DVec2, radius: f64, color: [u8; 3]) {
         let Some(path) = PathBuilder::from_circle(float(center.x), float(center.y), float(radius)) else {
             return;
         };
         let transform = self.transform();
-        self.pixels.fill_path(&path, &solid(color_of(seat)), FillRule::Winding, transform, None);
+        self.pixels.fill_path(&path, &solid(color), FillRule::Winding, transform, None);
         let stroke = Stroke { width: float(radius * 0.2), ..Stroke::default() };
         self.pixels.stroke_path(&path, &solid(WALL), &stroke, transform, None);
     }
@@ -98,17 +115,19 @@ impl Picture {
         self.pixels.fill(Color::from_rgba8(GROUND[0], GROUND[1], GROUND[2], 255));
         let width = self.pixels.width() as usize;
         let edge = width / map.width() as usize;
-        let rock = PremultipliedColorU8::from_rgba(ROCK[0], ROCK[1], ROCK[2], 255);
         for y in 0..map.height() {
             for x in 0..map.width() {
-                match map.tile(x, y).shape {
+                let tile = map.tile(x, y);
+                match tile.shape {
                     TileShape::Open => {}
                     TileShape::Blocked => {
+                        let [red, green, blue] = blocked_color(&map.terrains()[tile.terrain as usize]);
+                        let color = PremultipliedColorU8::from_rgba(red, green, blue, 255);
                         let (left, top) = (x as usize * edge, y as usize * edge);
                         for row in top..top + edge {
                             let row = row * width;
                             let pixels = &mut self.pixels.pixels_mut()[row + left..row + left + edge];
-                            pixels.fill(rock.unwrap_or(PremultipliedColorU8::TRANSPARENT));
+                            pixels.fill(color.unwrap_or(PremultipliedColorU8::TRANSPARENT));
                         }
                     }
                     TileShape::Diagonal(corner) => self.draw_triangle((x, y), corner),
@@ -158,6 +177,14 @@ impl Picture {
 
     fn transform(&self) -> Transform {
         Transform::from_scale(self.scale, self.scale)
+    }
+}
+
+fn blocked_color(terrain: &str) -> [u8; 3] {
+    match terrain {
+        "water" => WATER,
+        "trees" => TREES,
+        _ => ROCK,
     }
 }
 
