@@ -154,7 +154,7 @@ pub fn generate(request: &Request, seed: u64) -> Result<TileMap, GenerateError> 
     request.checked()?;
     let mut failure = GenerateError::no_way(request);
     for attempt in 0..ATTEMPTS_MAX {
-        match Draft::new(request, Dice::new(seed, attempt)) {
+        match Draft::new(request, Dice::new(seed, request.kind, attempt)) {
             Ok(draft) => return Ok(draft.finish()),
             Err(error) => failure = error,
         }

@@ -33,6 +33,8 @@ const ROCK: [u8; 3] = [74, 78, 86];
 const WALL: [u8; 3] = [20, 22, 26];
 const WATER: [u8; 3] = [70, 112, 150];
 const TREES: [u8; 3] = [66, 96, 66];
+const FORD: [u8; 3] = [196, 206, 200];
+const RAMP: [u8; 3] = [214, 200, 172];
 const CRYSTAL: [u8; 3] = [150, 220, 225];
 
 /// The radius in which a resource is drawn, in tiles.
@@ -113,26 +115,33 @@ impl Picture {
 
     fn draw_tiles(&mut self, map: &TileMap) {
         self.pixels.fill(Color::from_rgba8(GROUND[0], GROUND[1], GROUND[2], 255));
-        let width = self.pixels.width() as usize;
-        let edge = width / map.width() as usize;
+        let edge = self.pixels.width() as usize / map.width() as usize;
         for y in 0..map.height() {
             for x in 0..map.width() {
                 let tile = map.tile(x, y);
+                let terrain = map.terrains()[tile.terrain as usize].as_str();
                 match tile.shape {
-                    TileShape::Open => {}
-                    TileShape::Blocked => {
-                        let [red, green, blue] = blocked_color(&map.terrains()[tile.terrain as usize]);
-                        let color = PremultipliedColorU8::from_rgba(red, green, blue, 255);
-                        let (left, top) = (x as usize * edge, y as usize * edge);
-                        for row in top..top + edge {
-                            let row = row * width;
-                            let pixels = &mut self.pixels.pixels_mut()[row + left..row + left + edge];
-                            pixels.fill(color.unwrap_or(PremultipliedColorU8::TRANSPARENT));
-                        }
-                    }
+                    TileShape::Open => match terrain {
+                        "ford" => self.fill_tile((x, y), edge, FORD),
+                        "ramp" => self.fill_tile((x, y), edge, RAMP),
+                        _ => {}
+                    },
+                    TileShape::Blocked => self.fill_tile((x, y), edge, blocked_color(terrain)),
                     TileShape::Diagonal(corner) => self.draw_triangle((x, y), corner),
                 }
             }
+        }
+    }
+
+    /// Fills a tile of `edge` x `edge` pixels.
+    fn fill_tile(&mut self, (x, y): (u32, u32), edge: usize, [red, green, blue]: [u8; 3]) {
+        let width = self.pixels.width() as usize;
+        let color = PremultipliedColorU8::from_rgba(red, green, blue, 255);
+        let (left, top) = (x as usize * edge, y as usize * edge);
+        for row in top..top + edge {
+            let start = row * width + left;
+            let pixels = &mut self.pixels.pixels_mut()[start..start + edge];
+            pixels.fill(color.unwrap_or(PremultipliedColorU8::TRANSPARENT));
         }
     }
 

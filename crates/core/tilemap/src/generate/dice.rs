@@ -2,20 +2,23 @@
 
 use twox_hash::XxHash3_64;
 
+use super::kind::Kind;
+
 /// Sets this use of the seed apart from all others.
 const DOMAIN: &[u8] = b"generate map";
 
-/// Numbers that follow from a seed, an attempt, a purpose and an index, and from nothing else: what is asked for
+/// Numbers that follow from a seed, a kind of map, an attempt, a purpose and an index, and from nothing else: what is asked for
 /// first changes nothing.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dice {
     seed: u64,
+    kind: Kind,
     attempt: u32,
 }
 
 impl Dice {
-    pub(super) fn new(seed: u64, attempt: u32) -> Self {
-        Self { seed, attempt }
+    pub(super) fn new(seed: u64, kind: Kind, attempt: u32) -> Self {
+        Self { seed, kind, attempt }
     }
 
     pub(super) fn attempt(self) -> u32 {
@@ -42,7 +45,8 @@ impl Dice {
     fn roll(self, purpose: &str, index: u64) -> u64 {
         let mut key = [0; 64];
         let mut length = 0;
-        for part in [DOMAIN, &self.attempt.to_le_bytes(), &index.to_le_bytes(), purpose.as_bytes()] {
+        let (kind, attempt, index) = (self.kind.name(), self.attempt.to_le_bytes(), index.to_le_bytes());
+        for part in [DOMAIN, &attempt, &index, kind.as_bytes(), b" ", purpose.as_bytes()] {
             key[length..length + part.len()].copy_from_slice(part);
             length += part.len();
         }

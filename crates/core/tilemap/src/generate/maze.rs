@@ -43,6 +43,7 @@ pub(super) fn draw(canvas: &mut Canvas, request: &Request, dice: Dice) -> Materi
         };
         square(min, max).for_each(|tile| canvas.put(tile, Material::Ground));
     }
+    open_posts(canvas);
     Material::Ground
 }
 
@@ -110,4 +111,15 @@ fn part(parts: &[usize], mut cell: usize) -> usize {
         cell = parts[cell];
     }
     cell
+}
+
+/// Opens what is left between four doors: a post that parts nothing.
+fn open_posts(canvas: &mut Canvas) {
+    let before = canvas.clone();
+    for spot in before.spots() {
+        let around = square((spot.0 - 1, spot.1 - 1), (spot.0 + 2, spot.1 + 2));
+        if around.filter(|&near| near != spot).all(|near| before.is_open(near)) {
+            canvas.put(spot, Material::Ground);
+        }
+    }
 }
