@@ -66,6 +66,7 @@ fn every_command_has_help_with_an_example() {
         "map info",
         "map check",
         "map render",
+        "map generate",
         "simulate",
         "match",
         "serve",

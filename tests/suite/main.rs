@@ -8,6 +8,7 @@ mod arena;
 mod bench;
 mod commands;
 mod fog;
+mod generate;
 mod kinematics;
 mod maps;
 mod matches;

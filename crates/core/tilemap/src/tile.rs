@@ -14,6 +14,16 @@ pub enum Corner {
 }
 
 impl Corner {
+    /// Returns the short name.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Northwest => "nw",
+            Self::Northeast => "ne",
+            Self::Southwest => "sw",
+            Self::Southeast => "se",
+        }
+    }
+
     /// Returns the corner that the short name `nw`, `ne`, `sw` or `se` stands for; `None` for any other text.
     pub(crate) fn from_name(name: &str) -> Option<Self> {
         match name {

@@ -1,5 +1,6 @@
 //! The command line.
 
+mod generate;
 mod profile;
 
 use std::net::SocketAddr;
@@ -9,6 +10,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::output::JsonFlag;
+pub(crate) use generate::MapGenerate;
 pub(crate) use profile::ProfileArguments;
 
 /// Most circles of a benchmark of each kind: 4 million take about a gigabyte.
@@ -54,7 +56,7 @@ pub(crate) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Look at a map: its figures, what is odd about it, its picture
+    /// Look at a map: its figures, what is odd about it, its picture; or make one from a seed
     #[command(subcommand, after_help = "Example: maniple map info maps/choke.tmx")]
     Map(MapCommand),
     /// Run a kinematic scene from a JSON file
@@ -87,9 +89,13 @@ pub(crate) enum MapCommand {
     /// ignored are listed and counted, and are no failure
     #[command(after_help = "Example: maniple map check maps/choke.tmx --radius 0.45")]
     Check(MapCheck),
-    /// Draw tiles, walls and spawns
+    /// Draw tiles, walls, spawns and resources
     #[command(after_help = "Example: maniple map render maps/diamond.tmx --out diamond.png --scale 16")]
     Render(MapRender),
+    /// Make a map from a seed: the same one on every machine, everything on it within reach of the largest unit, and with
+    /// two players the same for both
+    #[command(after_help = "Example: maniple map generate islands --seed 7 --out islands.tmx")]
+    Generate(MapGenerate),
 }
 
 #[derive(Debug, Args)]

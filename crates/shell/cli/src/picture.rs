@@ -2,7 +2,7 @@
 
 use anyhow::anyhow;
 use glam::DVec2;
-use maniple_tilemap::{Corner, Spawn, TileMap, TileShape};
+use maniple_tilemap::{Corner, Resource, Spawn, TileMap, TileShape};
 use maniple_view::{Seat, Shape, Zone};
 use tiny_skia::{
     Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, Transform,
@@ -34,6 +34,14 @@ const NOBODY: [u8; 3] = [250, 250, 250];
 const GROUND: [u8; 3] = [236, 232, 220];
 const ROCK: [u8; 3] = [74, 78, 86];
 const WALL: [u8; 3] = [20, 22, 26];
+const WATER: [u8; 3] = [70, 112, 150];
+const TREES: [u8; 3] = [66, 96, 66];
+const FORD: [u8; 3] = [196, 206, 200];
+const RAMP: [u8; 3] = [214, 200, 172];
+const CRYSTAL: [u8; 3] = [150, 220, 225];
+
+/// The radius in which a resource is drawn, in tiles.
+const RESOURCE_RADIUS: f64 = 0.375;
 
 /// A picture of a map, to draw on. Drawing is in world units.
 pub(crate) struct Picture {
@@ -70,6 +78,13 @@ impl Picture {
         }
     }
 
+    /// Draws what can be gathered.
+    pub(crate) fn draw_resources(&mut self, resources: &[Resource]) {
+        for resource in resources {
+            self.draw_shape(resource.position, Shape::Circle { radius: RESOURCE_RADIUS }, CRYSTAL);
+        }
+    }
+
     /// Draws the zone of a seat, transparent.
     pub(crate) fn draw_zone(&mut self, zone: &Zone) {
         let [red, green, blue] = color_of(zone.seat.0);
@@ -83,6 +98,10 @@ impl Picture {
 
     /// Draws an object of a seat; `None`: of nobody.
     pub(crate) fn draw_object(&mut self, center: DVec2, shape: Shape, owner: Option<Seat>) {
+        self.draw_shape(center, shape, owner.map_or(NOBODY, |seat| color_of(seat.0)));
+    }
+
+    fn draw_shape(&mut self, center: DVec2, shape: Shape, color: [u8; 3]) {
         let (path, line) = match shape {
             Shape::Circle { radius } => {
                 let path = PathBuilder::from_circle(float(center.x), float(center.y), float(radius));
@@ -95,7 +114,6 @@ impl Picture {
             }
         };
         let Some(path) = path else { return };
-        let color = owner.map_or(NOBODY, |seat| color_of(seat.0));
         let transform = self.transform();
         self.pixels.fill_path(&path, &solid(color), FillRule::Winding, transform, None);
         let stroke = Stroke { width: float(line), ..Stroke::default() };
@@ -109,24 +127,33 @@ impl Picture {
 
     fn draw_tiles(&mut self, map: &TileMap) {
         self.pixels.fill(Color::from_rgba8(GROUND[0], GROUND[1], GROUND[2], 255));
-        let width = self.pixels.width() as usize;
-        let edge = width / map.width() as usize;
-        let rock = PremultipliedColorU8::from_rgba(ROCK[0], ROCK[1], ROCK[2], 255);
+        let edge = self.pixels.width() as usize / map.width() as usize;
         for y in 0..map.height() {
             for x in 0..map.width() {
-                match map.tile(x, y).shape {
-                    TileShape::Open => {}
-                    TileShape::Blocked => {
-                        let (left, top) = (x as usize * edge, y as usize * edge);
-                        for row in top..top + edge {
-                            let row = row * width;
-                            let pixels = &mut self.pixels.pixels_mut()[row + left..row + left + edge];
-                            pixels.fill(rock.unwrap_or(PremultipliedColorU8::TRANSPARENT));
-                        }
-                    }
+                let tile = map.tile(x, y);
+                let terrain = map.terrains()[tile.terrain as usize].as_str();
+                match tile.shape {
+                    TileShape::Open => match terrain {
+                        "ford" => self.fill_tile((x, y), edge, FORD),
+                        "ramp" => self.fill_tile((x, y), edge, RAMP),
+                        _ => {}
+                    },
+                    TileShape::Blocked => self.fill_tile((x, y), edge, blocked_color(terrain)),
                     TileShape::Diagonal(corner) => self.draw_triangle((x, y), corner),
                 }
             }
+        }
+    }
+
+    /// Fills a tile of `edge` x `edge` pixels.
+    fn fill_tile(&mut self, (x, y): (u32, u32), edge: usize, [red, green, blue]: [u8; 3]) {
+        let width = self.pixels.width() as usize;
+        let color = PremultipliedColorU8::from_rgba(red, green, blue, 255);
+        let (left, top) = (x as usize * edge, y as usize * edge);
+        for row in top..top + edge {
+            let start = row * width + left;
+            let pixels = &mut self.pixels.pixels_mut()[start..start + edge];
+            pixels.fill(color.unwrap_or(PremultipliedColorU8::TRANSPARENT));
         }
     }
 
@@ -171,6 +198,14 @@ impl Picture {
 
     fn transform(&self) -> Transform {
         Transform::from_scale(self.scale, self.scale)
+    }
+}
+
+fn blocked_color(terrain: &str) -> [u8; 3] {
+    match terrain {
+        "water" => WATER,
+        "trees" => TREES,
+        _ => ROCK,
     }
 }
 

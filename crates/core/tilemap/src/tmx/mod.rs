@@ -9,6 +9,7 @@ mod scan;
 #[cfg(test)]
 mod tests;
 mod tileset;
+mod write;
 
 use tiled::{FiniteTileLayer, Layer, LayerType, TileLayer};
 
@@ -16,6 +17,7 @@ use crate::map::Builder;
 use crate::{MapError, Resolver, TileMap, TileShape};
 use classify::{Classes, TileClass};
 use scan::Frame;
+pub use write::write_tmx;
 
 /// Name of the layers in which every tile blocks, in lower case.
 const COLLISION: &str = "collision";

@@ -1,4 +1,6 @@
-//! `maniple map`: what a map is like.
+//! `maniple map`: what a map is like, and maps from a seed.
+
+mod generate;
 
 use std::fmt::Write as _;
 
@@ -17,6 +19,7 @@ pub(crate) fn run(command: &MapCommand) -> Result<(), Failure> {
         MapCommand::Info(arguments) => info(arguments),
         MapCommand::Check(arguments) => checked(arguments),
         MapCommand::Render(arguments) => render(arguments),
+        MapCommand::Generate(arguments) => generate::run(arguments),
     }
 }
 
@@ -142,6 +145,7 @@ fn checked(arguments: &MapCheck) -> Result<(), Failure> {
 fn render(arguments: &MapRender) -> Result<(), Failure> {
     let map = files::map(&arguments.file)?;
     let mut picture = Picture::of(&map, arguments.scale)?;
+    picture.draw_resources(map.resources());
     picture.draw_spawns(map.spawns());
     files::write(&arguments.out, &picture.png()?)
 }
