@@ -180,6 +180,16 @@ fn commands() -> Vec<Sequenced> {
         Command::Path { object, points: vec![(1.0, 2.0, None), (3.0, 4.0, Some(0.1))], start: None },
         Command::Stop { object: Handle(251) },
         Command::Resign,
+        Command::Attack { object, target: Handle(70_000) },
+        Command::AttackAt { object, x: 0.5, y: 64.0 },
+        Command::AttackMove { object, x: 1.0 / 3.0, y: 2.0 },
+        Command::Hold { object },
+        Command::Gather { object, patch: Handle(0) },
+        Command::ReturnLoad { object },
+        Command::Build { object, unit_type: UnitTypeId(300), x: 10.0, y: 12.5 },
+        Command::Train { object, unit_type: UnitTypeId(1) },
+        Command::Cancel { object },
+        Command::Switch { object },
     ];
     (1..).zip(list).map(|(seq, command)| Sequenced { seq, command }).collect()
 }
