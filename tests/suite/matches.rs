@@ -77,22 +77,70 @@ fn every_shipped_scenario_names_bots_that_exist() {
     }
 }
 
+/// Every table of the example of docs/SCENARIOS.md, and what its list of keys calls it.
+const TABLES: [(&str, &str); 13] = [
+    ("[kinematics]", "in `[kinematics]`"),
+    ("[view]", "in `[view]`"),
+    ("[clock]", "in `[clock]`"),
+    ("[vision]", "in `[vision]`"),
+    ("[combat]", "in `[combat]`"),
+    ("[harvest]", "in `[harvest]`"),
+    ("[production]", ""),
+    ("[modes]", ""),
+    ("[neutral]", "in `[neutral]`"),
+    ("[objective]", "in `[objective]`"),
+    ("[unit.worker]", "in `[unit.NAME]`"),
+    ("[unit.tank.alternate]", "in `[unit.NAME.alternate]`"),
+    ("[[seat]]", "in `[[seat]]`"),
+];
+
+/// The same of what the example has in braces, by how it begins.
+const INLINE: [(&str, &str); 4] = [
+    ("groups = [{", "in a group"),
+    ("weapon = {", "in a weapon"),
+    ("harvest = {", "in `[unit.NAME.harvest]`"),
+    ("patch = {", "in `[unit.NAME.patch]`"),
+];
+
 #[test]
 fn the_text_on_scenarios_has_an_example_that_loads_and_names_every_key() {
     let text = std::fs::read_to_string(Path::new(ROOT).join("docs/SCENARIOS.md")).unwrap();
     let example = text.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     Scenario::read("docs/SCENARIOS.md", example).unwrap();
-    let tables = ["[kinematics]", "[view]", "[clock]", "[vision]", "[objective]", "[unit.scout]", "[[seat]]"];
-    let mut probes: Vec<String> =
-        tables.iter().map(|table| example.replacen(table, &format!("{table}\nno_such_key = 1"), 1)).collect();
-    probes.push(format!("no_such_key = 1\n{example}"));
-    probes.push(example.replacen("{ unit", "{ no_such_key = 1, unit", 1));
-    for probe in probes {
+    let in_table = TABLES
+        .iter()
+        .map(|(table, place)| (example.replacen(table, &format!("{table}\nno_such_key = 1"), 1), *place));
+    let in_line = INLINE
+        .iter()
+        .map(|(start, place)| (example.replacen(start, &format!("{start} no_such_key = 1,"), 1), *place));
+    let on_top = std::iter::once((format!("no_such_key = 1\n{example}"), ""));
+    let (mut keys, mut probes) = (0, 0);
+    for (probe, place) in in_table.chain(in_line).chain(on_top) {
+        assert_ne!(probe, example, "the example shows no key {place}");
         let message = Scenario::read("example", &probe).unwrap_err().to_string();
-        let (_, known) = message.split_once("expected ").expect("an unknown key is told with the known ones");
-        for key in known.split('`').skip(1).step_by(2) {
-            assert!(text.contains(&format!("\n| `{key}`")), "{key} is not in the table");
+        let (_, known) = message.split_once("unknown field").expect("it is told that the key is unknown");
+        for key in known.split('`').skip(3).step_by(2) {
+            let row =
+                if place.is_empty() { format!("\n| `{key}` |") } else { format!("\n| `{key}` {place} |") };
+            assert!(text.contains(&row), "docs/SCENARIOS.md lacks a row{row}");
+            keys += 1;
         }
+        probes += 1;
+    }
+    assert!(probes == 18 && keys >= 78, "{probes} {keys}");
+}
+
+#[test]
+fn the_text_on_scenarios_names_every_command_and_refusal() {
+    let text = std::fs::read_to_string(Path::new(ROOT).join("docs/SCENARIOS.md")).unwrap();
+    let known =
+        |message: &str| -> Vec<String> { message.split('`').skip(3).step_by(2).map(str::to_owned).collect() };
+    let commands = serde_json::from_str::<Command>("\"no_such_command\"").unwrap_err().to_string();
+    let refusals = serde_json::from_str::<Refusal>("\"no_such_refusal\"").unwrap_err().to_string();
+    let (commands, refusals) = (known(&commands), known(&refusals));
+    assert!(commands.len() >= 14 && refusals.len() >= 20, "{commands:?} {refusals:?}");
+    for name in commands.iter().chain(&refusals) {
+        assert!(text.contains(&format!("\n| `{name}` |")), "docs/SCENARIOS.md lacks a row for {name}");
     }
 }
 

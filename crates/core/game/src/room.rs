@@ -77,6 +77,20 @@ impl Iterator for Rings {
     }
 }
 
+/// Returns the point of a rectangle that is nearest to a point.
+pub(crate) fn nearest_within(point: DVec2, low: DVec2, high: DVec2) -> DVec2 {
+    let nearest = |value: f64, low: f64, high: f64| {
+        if value < low {
+            low
+        } else if value > high {
+            high
+        } else {
+            value
+        }
+    };
+    DVec2::new(nearest(point.x, low.x, high.x), nearest(point.y, low.y, high.y))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,6 +9,9 @@ use maniple_view::{
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+/// An object that came into sight: what [`Appeared`] says, in its order.
+pub type GridAppeared = (Handle, UnitTypeId, Option<Seat>, Spot, Pace, Status, Option<Own>);
+
 /// A delta in numbers of steps of the grid that the rules name.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -19,8 +22,8 @@ pub struct GridDelta {
     pub results: Vec<CommandResult>,
     /// See [`Delta::revealed`].
     pub revealed: Vec<(u32, u32, char)>,
-    /// Objects that came into sight: what [`Appeared`] says, in its order.
-    pub appeared: Vec<(Handle, UnitTypeId, Option<Seat>, Spot, Pace, Status, Option<Own>)>,
+    /// Objects that came into sight.
+    pub appeared: Vec<GridAppeared>,
     /// Objects whose motion changed: what [`Moved`] says.
     pub moved: Vec<(Handle, Spot, Pace)>,
     /// Objects that stopped: what [`Stopped`] says.

@@ -20,7 +20,7 @@ pub use encoding::{
     encode_commands, encode_server,
 };
 pub use frame::{FrameDecoder, FrameError};
-pub use grid::{GridDelta, GridError, Pace, Spot};
+pub use grid::{GridAppeared, GridDelta, GridError, Pace, Spot};
 pub use handshake::{Inbound, Input};
 pub use limits::{
     FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, TOKEN_DIGITS,

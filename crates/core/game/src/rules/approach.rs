@@ -4,6 +4,7 @@ use glam::DVec2;
 use maniple_geometry::ObjectId;
 use maniple_view::{Shape, Stop, hull_distance};
 
+use crate::room::nearest_within;
 use crate::world::State;
 
 /// Hull to hull, in world units: so near is who works at something. One ORTS point.
@@ -57,7 +58,7 @@ pub(crate) fn approach(state: &mut State, object: ObjectId, goal: &Goal) -> Appr
     }
     let here = state.center(object);
     let half = goal.shape.half();
-    let nearest = here.clamp(goal.center - half, goal.center + half);
+    let nearest = nearest_within(here, goal.center - half, goal.center + half);
     let away = here - nearest;
     let apart = state.kind(object).shape.rounding() + goal.shape.rounding() + goal.reach * WITHIN;
     let end = nearest + away * (apart / away.length());

@@ -32,6 +32,14 @@ enum Mark {
     Point(DVec2),
 }
 
+/// What goes off around a point.
+#[derive(Clone, Copy, Debug)]
+struct Burst {
+    point: DVec2,
+    damage: u32,
+    splash: Splash,
+}
+
 /// Tells an object to attack another one that its seat sees.
 pub(crate) fn attack(state: &mut State, object: ObjectId, target: ObjectId) -> Result<(), Refusal> {
     let weapon = state.weapon(object).ok_or(Refusal::UnknownAction)?;
@@ -259,14 +267,15 @@ impl Shooter<'_> {
         state.shots.push((object, target));
         let by = state.units.at(object).owner;
         match (self.weapon.splash, target) {
-            (Some(splash), _) => self.splash(state, point, damage, splash, hits),
+            (Some(splash), _) => self.burst(state, &Burst { point, damage, splash }, hits),
             (None, Some(victim)) => hits.push(Hit { victim, damage, by }),
             (None, None) => {}
         }
     }
 
     /// Hits everybody around a point whom the weapon hits; those of the own team only where the scenario says so.
-    fn splash(&self, state: &State, point: DVec2, damage: u32, splash: Splash, hits: &mut Vec<Hit>) {
+    fn burst(&self, state: &State, burst: &Burst, hits: &mut Vec<Hit>) {
+        let Burst { point, damage, splash } = *burst;
         let by = state.units.at(self.object).owner;
         let spares_friends = state.scenario.combat.is_none_or(|combat| !combat.friendly_fire);
         for victim in self.crowd.near(point, splash.radius) {

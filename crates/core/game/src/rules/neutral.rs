@@ -4,6 +4,7 @@ use glam::DVec2;
 use maniple_geometry::ObjectId;
 
 use crate::keyed::{Purpose, fraction};
+use crate::room::nearest_within;
 use crate::scenario::Neutral;
 use crate::world::State;
 
@@ -20,7 +21,7 @@ pub(crate) fn wander(state: &mut State, rule: &Neutral, wanderers: &[ObjectId]) 
         let offset = DVec2::new(offset(Purpose::GoalX), offset(Purpose::GoalY));
         let end = DVec2::new(f64::from(state.map.width()), f64::from(state.map.height()));
         // Never -0, which is no coordinate.
-        let goal = (state.center(object) + offset).clamp(DVec2::ZERO, end) + DVec2::ZERO;
+        let goal = nearest_within(state.center(object) + offset, DVec2::ZERO, end) + DVec2::ZERO;
         state.send(object, goal);
     }
 }
