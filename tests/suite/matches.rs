@@ -114,6 +114,8 @@ fn the_text_on_scenarios_has_an_example_that_loads_and_names_every_key() {
         .iter()
         .map(|(start, place)| (example.replacen(start, &format!("{start} no_such_key = 1,"), 1), *place));
     let on_top = std::iter::once((format!("no_such_key = 1\n{example}"), ""));
+    let generated = format!("{example}\n[generate]\nno_such_key = 1\n");
+    let on_top = on_top.chain(std::iter::once((generated, "in `[generate]`")));
     let (mut keys, mut probes) = (0, 0);
     for (probe, place) in in_table.chain(in_line).chain(on_top) {
         assert_ne!(probe, example, "the example shows no key {place}");
@@ -127,7 +129,7 @@ fn the_text_on_scenarios_has_an_example_that_loads_and_names_every_key() {
         }
         probes += 1;
     }
-    assert!(probes == 18 && keys >= 78, "{probes} {keys}");
+    assert!(probes == 19 && keys >= 86, "{probes} {keys}");
 }
 
 #[test]

@@ -4,12 +4,12 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use maniple_geometry::Cycle;
-use maniple_tilemap::{MapError, Resolver, TileMap};
+use maniple_tilemap::{GenerateError, MapError, Resolver, TileMap, generate};
 use maniple_view::Terrain;
 use thiserror::Error;
 
 use crate::placement::{PlaceError, Setup};
-use crate::scenario::{Draft, Overrides, Problem, Scenario, ScenarioError, Source};
+use crate::scenario::{Draft, MapSource, Overrides, Problem, Scenario, ScenarioError, Source};
 
 /// Most files that a match is made of: the scenario, its unit types, the map, and its tilesets.
 pub const FILES_MAX: usize = 64;
@@ -95,12 +95,22 @@ pub enum LoadError {
         /// What is wrong with it.
         problem: MapError,
     },
+    /// No map of the kind that the scenario asks for can be made from the seed.
+    #[error("{scenario}: [generate]: no map from seed {seed}: {problem}")]
+    Generate {
+        /// The file of the scenario.
+        scenario: String,
+        /// The seed of the match.
+        seed: u64,
+        /// Why.
+        problem: GenerateError,
+    },
     /// The units of the scenario do not fit on the map.
     #[error("{scenario} on {map}: {problem}")]
     Place {
         /// The file of the scenario.
         scenario: String,
-        /// The file of the map.
+        /// The file of the map, or from what seed it was made.
         map: String,
         /// What does not fit.
         problem: PlaceError,
@@ -125,17 +135,24 @@ pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) ->
     let sources: Vec<Source<'_>> =
         unit_paths.iter().zip(&unit_texts).map(|(name, text)| Source { name, text }).collect();
     let scenario = draft.checked(&sources, overrides)?;
-    let map_path = match &overrides.map {
-        Some(path) => path.clone(),
-        None => joined(folder(scenario_path), &scenario.map),
+    let (map, map_name) = match (&overrides.map, &scenario.map) {
+        (Some(path), _) => (recorder.read_map(path)?, path.clone()),
+        (None, MapSource::File(path)) => {
+            let path = joined(folder(scenario_path), path);
+            (recorder.read_map(&path)?, path)
+        }
+        (None, MapSource::Generated(request)) => {
+            let map = generate(request, scenario.seed).map_err(|problem| LoadError::Generate {
+                scenario: scenario_path.to_owned(),
+                seed: scenario.seed,
+                problem,
+            })?;
+            (map, format!("the map of seed {}", scenario.seed))
+        }
     };
-    let bytes = recorder.read(&map_path)?;
-    let beside = Beside { folder: folder(&map_path), files: &recorder };
-    let map = maniple_tilemap::read(&map_path, &bytes, &beside)
-        .map_err(|problem| LoadError::Map { path: map_path.clone(), problem })?;
     let setup = Setup::new(&scenario, &map).map_err(|problem| LoadError::Place {
         scenario: scenario_path.to_owned(),
-        map: map_path,
+        map: map_name,
         problem,
     })?;
     let terrain = Arc::new(Terrain::of(&map));
@@ -155,6 +172,13 @@ impl Recorder<'_> {
             path: path.to_owned(),
             valid: error.utf8_error().valid_up_to(),
         })
+    }
+
+    fn read_map(&self, path: &str) -> Result<TileMap, LoadError> {
+        let bytes = self.read(path)?;
+        let beside = Beside { folder: folder(path), files: self };
+        maniple_tilemap::read(path, &bytes, &beside)
+            .map_err(|problem| LoadError::Map { path: path.to_owned(), problem })
     }
 
     fn read(&self, path: &str) -> Result<Vec<u8>, LoadError> {

@@ -3,6 +3,7 @@
 mod check;
 mod error;
 mod file;
+mod map;
 mod nearest;
 mod overrides;
 mod profile;
@@ -11,6 +12,7 @@ mod units;
 use std::time::Duration;
 
 use maniple_geometry::Cycle;
+use maniple_tilemap::Request;
 use maniple_view::{Profile, Stops, UnitType, UnitTypeId};
 
 pub(crate) use check::{Draft, Source};
@@ -103,6 +105,18 @@ pub const WANDER_MAX: f64 = 4096.0;
 /// How long neutral units rest in the mean where a scenario does not say, in seconds.
 pub const PAUSE_SECONDS_DEFAULT: f64 = 4.0;
 
+/// Spawns of each seat on a generated map, where a scenario does not say.
+pub const SPAWNS_DEFAULT: u32 = 1;
+
+/// Clusters of patches on a generated map, where a scenario does not say.
+pub const CLUSTERS_DEFAULT: u32 = 0;
+
+/// Patches of a cluster on a generated map, where a scenario does not say.
+pub const PATCHES_DEFAULT: u32 = 6;
+
+/// How much there is of each patch on a generated map, where a scenario does not say.
+pub const PATCH_AMOUNT_DEFAULT: u32 = 1000;
+
 /// Largest number of a team.
 pub const TEAM_MAX: u16 = 63;
 
@@ -114,8 +128,8 @@ pub const ZONE_SIZE_MAX: f64 = maniple_tilemap::SIZE_MAX as f64;
 pub struct Scenario {
     /// Its name.
     pub name: String,
-    /// The path of its map, relative to the scenario's own folder.
-    pub map: String,
+    /// Where its map comes from.
+    pub map: MapSource,
     /// Cycles a second.
     pub rate: f64,
     /// Cycles that the match lasts at most; at least one.
@@ -157,6 +171,15 @@ impl Scenario {
     pub fn read(name: &str, text: &str) -> Result<Self, ScenarioError> {
         Draft::parse(Source { name, text })?.checked(&[], &Overrides::default())
     }
+}
+
+/// Where a map comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MapSource {
+    /// The path of a file, relative to the scenario's own folder.
+    File(String),
+    /// It is made from the seed of the match.
+    Generated(Request),
 }
 
 /// How long a lock-step cycle waits for a seat, and what happens then.

@@ -28,8 +28,8 @@ pub(crate) fn map_path(map: Option<&Path>) -> Option<String> {
 
 /// Returns the referee of a match. Its errors name the files that the match is made of.
 pub(crate) fn referee(loaded: Loaded, clock: ClockMode) -> Result<Referee, Failure> {
-    let paths: Vec<String> = loaded.files.0.iter().take(2).map(|file| file.path.clone()).collect();
-    let referee = Referee::new(loaded, clock).with_context(|| paths.join(" on "));
+    let paths: Vec<String> = loaded.files.0.iter().map(|file| file.path.clone()).collect();
+    let referee = Referee::new(loaded, clock).with_context(|| paths.join(", "));
     referee.map_err(Failure::BadInput)
 }
 

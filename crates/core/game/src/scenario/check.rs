@@ -7,6 +7,7 @@ use maniple_geometry::NumberError;
 use maniple_view::UnitType;
 use toml::Spanned;
 
+use super::map::map_source;
 use super::nearest::nearest_in_message;
 use super::profile::profile;
 use super::units::{Modules, Reader, cycles, id};
@@ -20,7 +21,7 @@ use super::{
 };
 
 /// Longest path of a file, in bytes.
-const PATH_BYTES_MAX: usize = 1024;
+pub(super) const PATH_BYTES_MAX: usize = 1024;
 
 /// A problem and the bytes of the text that it is about.
 pub(super) type Found<T> = Result<T, (Range<usize>, Problem)>;
@@ -143,7 +144,7 @@ fn scenario(
     let seats = seats(&file.seat, &names)?;
     Ok(Scenario {
         name: named(&file.name, "name", NAME_BYTES_MAX)?,
-        map: named(&file.map, "map", PATH_BYTES_MAX)?,
+        map: map_source(file, &unit_types)?,
         rate,
         cycles_max: cycles_max(&file.length_seconds, rate)?,
         seed: overrides.seed.unwrap_or(file.seed),
@@ -294,7 +295,7 @@ fn groups(written: &Spanned<Vec<file::Group>>, names: &[String]) -> Found<Vec<Gr
 }
 
 /// Checks that there is at least one and not too many.
-fn count(found: usize, field: &'static str, max: usize, span: Range<usize>) -> Found<()> {
+pub(super) fn count(found: usize, field: &'static str, max: usize, span: Range<usize>) -> Found<()> {
     if (1..=max).contains(&found) {
         return Ok(());
     }
@@ -335,7 +336,7 @@ pub(super) fn number(value: &Spanned<f64>, field: &'static str, min: f64, max: f
     Err((span, Problem::OutOfRange { field, value, min, max }))
 }
 
-fn named(name: &Spanned<String>, field: &'static str, max: usize) -> Found<String> {
+pub(super) fn named(name: &Spanned<String>, field: &'static str, max: usize) -> Found<String> {
     check_name(name.get_ref(), field, max, name.span())?;
     Ok(name.get_ref().clone())
 }
@@ -353,7 +354,7 @@ mod tests {
     use maniple_view::{Positions, Profile, Scalar, Solver, Stops, UnitTypeId};
 
     use super::*;
-    use crate::scenario::{SIGHT_DEFAULT, Stall};
+    use crate::scenario::{MapSource, SIGHT_DEFAULT, Stall};
 
     const WHOLE: &str = r#"
 name = "Duel"
@@ -406,7 +407,7 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
     fn a_whole_scenario_is_read_and_speeds_are_divided_by_the_rate() {
         let scenario = Scenario::read("duel.toml", WHOLE).unwrap();
         assert_eq!(scenario.name, "Duel");
-        assert_eq!(scenario.map, "../maps/choke.tmx");
+        assert_eq!(scenario.map, MapSource::File("../maps/choke.tmx".to_owned()));
         assert_eq!(scenario.rate, 4.0);
         assert_eq!(scenario.cycles_max, Cycle(240));
         assert_eq!(scenario.seed, 7);

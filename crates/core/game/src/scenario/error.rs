@@ -28,6 +28,16 @@ pub enum Problem {
         /// The known name that is most like the unknown one.
         nearest: Option<String>,
     },
+    /// A kind of map that there is not.
+    #[error("no kind of map is called {name:?}{}; known are {known}", hint(.nearest.as_deref()))]
+    UnknownKind {
+        /// The name.
+        name: String,
+        /// The names of all kinds.
+        known: String,
+        /// The kind whose name is most like it.
+        nearest: Option<String>,
+    },
     /// A number that no world accepts.
     #[error("{field} {problem}")]
     BadNumber {

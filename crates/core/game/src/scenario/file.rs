@@ -21,7 +21,8 @@ pub enum Stall {
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
     pub(super) name: Spanned<String>,
-    pub(super) map: Spanned<String>,
+    pub(super) map: Option<Spanned<String>>,
+    pub(super) generate: Option<Spanned<Generate>>,
     pub(super) rate: Option<Spanned<f64>>,
     pub(super) length_seconds: Spanned<f64>,
     #[serde(default)]
@@ -44,6 +45,18 @@ pub(super) struct File {
     #[serde(default)]
     pub(super) unit: BTreeMap<String, Spanned<Unit>>,
     pub(super) seat: Spanned<Vec<Seat>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Generate {
+    pub(super) kind: Spanned<String>,
+    pub(super) width: Spanned<u32>,
+    pub(super) height: Spanned<u32>,
+    pub(super) spawns: Option<Spanned<u32>>,
+    pub(super) clusters: Option<Spanned<u32>>,
+    pub(super) patches: Option<Spanned<u32>>,
+    pub(super) amount: Option<Spanned<u32>>,
 }
 
 #[derive(Default, Deserialize)]
