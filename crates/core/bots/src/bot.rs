@@ -3,12 +3,13 @@
 use maniple_view::{Command, Delta, Rules, Seat, Terrain, View};
 use thiserror::Error;
 
+use crate::commander::Commander;
 use crate::idle::Idle;
 use crate::random::Random;
 use crate::straight::Straight;
 
 /// The names of all bots, sorted.
-pub const NAMES: [&str; 3] = [Idle::NAME, Random::NAME, Straight::NAME];
+pub const NAMES: [&str; 4] = [Commander::NAME, Idle::NAME, Random::NAME, Straight::NAME];
 
 /// A player that is a program.
 ///
@@ -38,6 +39,7 @@ pub struct UnknownBot {
 /// A name that is not one of [`NAMES`].
 pub fn make(name: &str, seed: u64) -> Result<Box<dyn Bot + Send>, UnknownBot> {
     match name {
+        Commander::NAME => Ok(Box::new(Commander::new(seed))),
         Idle::NAME => Ok(Box::new(Idle)),
         Random::NAME => Ok(Box::new(Random::new(seed))),
         Straight::NAME => Ok(Box::new(Straight::new(seed))),
@@ -56,6 +58,9 @@ mod tests {
             assert_eq!(make(name, 1).map(|bot| bot.name()), Ok(name));
         }
         let error = make("strait", 1).err().map(|error| error.to_string());
-        assert_eq!(error.as_deref(), Some("no bot is called \"strait\"; there are idle, random, straight"));
+        assert_eq!(
+            error.as_deref(),
+            Some("no bot is called \"strait\"; there are commander, idle, random, straight")
+        );
     }
 }

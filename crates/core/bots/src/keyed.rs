@@ -11,6 +11,8 @@ pub(crate) enum Purpose {
     Slot = 3,
     DetourX = 4,
     DetourY = 5,
+    Wait = 6,
+    Strength = 7,
 }
 
 /// Returns the seed of the bot at a seat of a match: the xxh3-64 of the match's seed and the seat, little-endian.

@@ -3,12 +3,14 @@
 //! A bot knows what a player knows: this crate depends on `maniple-view` alone.
 
 mod bot;
+mod commander;
 mod idle;
 mod keyed;
 mod random;
 mod straight;
 
 pub use bot::{Bot, NAMES, UnknownBot, make};
+pub use commander::Commander;
 pub use idle::Idle;
 pub use keyed::bot_seed;
 pub use random::Random;

@@ -1,0 +1,242 @@
+//! Fighters: when they set out, where to, and at whom they fire.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use maniple_view::{Command, Handle, Mode, Task, View, Weapon};
+
+use super::ground::{Block, Ground};
+use super::memory::Memory;
+use super::scene::{Item, Scene, nearest};
+use super::siege;
+use super::trips::{Step, Trips, path};
+use crate::keyed::{Purpose, fraction, keyed};
+
+/// Fighters with which an army sets out first where more can be trained.
+const ARMY_MIN: usize = 8;
+
+/// By chance up to so many more.
+const ARMY_SPREAD: u64 = 8;
+
+/// How many more each time that it sets out.
+const ARMY_MORE: usize = 4;
+
+/// Largest number that is waited for.
+const ARMY_MAX: usize = 36;
+
+/// An army that has shrunk to less than this part of what it set out with turns back.
+const ARMY_LEAST: usize = 4;
+
+/// Enemies as near to a building as this, in world units, are a threat.
+const THREAT: f64 = 16.0;
+
+/// How near to where nobody was found somebody has to come, in world units.
+const SEARCHED: f64 = 4.0;
+
+/// How far from home an army waits, as a part of the way to the middle of the map.
+const RALLY: f64 = 0.3;
+
+/// All fighters of the seat.
+#[derive(Clone, Debug)]
+pub(super) struct Army {
+    seed: u64,
+    /// Where the seat began.
+    home: DVec2,
+    /// Whether more fighters can come.
+    grows: bool,
+    is_out: bool,
+    /// With how many it sets out next.
+    strength: usize,
+    /// How many places were searched in vain.
+    searches: u32,
+    /// At whom each was told to fire.
+    targets: BTreeMap<Handle, Handle>,
+    /// Since when those in the other mode have had nobody in range.
+    bored: BTreeMap<Handle, u32>,
+}
+
+/// What an army gives its orders from.
+pub(super) struct Field<'a, 'b> {
+    pub(super) ground: &'b mut Ground,
+    pub(super) trips: &'b mut Trips,
+    pub(super) memory: &'b Memory,
+    pub(super) view: &'a View,
+    pub(super) scene: &'b Scene<'a>,
+    /// Whether splash hurts the own team, too.
+    pub(super) friendly_fire: bool,
+}
+
+impl Army {
+    /// Returns an army; it sets out at once unless more fighters can come.
+    pub(super) fn new(seed: u64, home: DVec2, grows: bool) -> Self {
+        Self {
+            seed,
+            home,
+            grows,
+            is_out: !grows,
+            strength: ARMY_MIN,
+            searches: 0,
+            targets: BTreeMap::new(),
+            bored: BTreeMap::new(),
+        }
+    }
+
+    /// Tells all fighters what to do.
+    pub(super) fn fight(&mut self, field: &mut Field<'_, '_>) -> Vec<Command> {
+        let scene = field.scene;
+        self.targets.retain(|object, _| scene.own(*object).is_some());
+        self.bored.retain(|object, _| scene.own(*object).is_some());
+        let fighters: Vec<&Item<'_>> = scene.own.iter().filter(|item| is_fighter(item)).collect();
+        if fighters.is_empty() {
+            self.is_out &= !self.grows;
+            return Vec::new();
+        }
+        self.muster(field.view, fighters.len());
+        let goal = self.goal(field, &fighters);
+        let mut commands = Vec::new();
+        for item in fighters {
+            match item.seen.status.mode {
+                Mode::Normal => {
+                    let command = (siege::deploy(item, &scene.enemies))
+                        .or_else(|| self.engage(field, item))
+                        .or_else(|| self.advance(field, item, &goal));
+                    commands.extend(command);
+                }
+                Mode::Alternate => commands.extend(self.besiege(field, item)),
+                Mode::Switching | Mode::SwitchingBack | Mode::Site => {}
+            }
+        }
+        commands
+    }
+
+    /// Decides whether the army is out.
+    fn muster(&mut self, view: &View, fighters: usize) {
+        if !self.grows {
+            return;
+        }
+        if self.is_out && fighters * ARMY_LEAST < self.strength {
+            self.is_out = false;
+            let more = keyed(self.seed, view, 0, Purpose::Strength) % ARMY_SPREAD;
+            self.strength += ARMY_MORE + usize::try_from(more).unwrap_or(0);
+            self.strength = self.strength.min(ARMY_MAX);
+        } else if fighters >= self.strength {
+            self.is_out = true;
+        }
+    }
+
+    /// Returns where all go: to who threatens a building, or, if the army is out, to the nearest enemy that is known, and
+    /// where none is, to where one might be.
+    fn goal(&mut self, field: &Field<'_, '_>, fighters: &[&Item<'_>]) -> Block {
+        let scene = field.scene;
+        let is_threat = |enemy: &&Item<'_>| {
+            scene.own.iter().any(|item| item.kind.is_building() && item.distance(enemy) < THREAT)
+        };
+        let threat =
+            if self.grows { nearest(scene.enemies.iter().filter(is_threat), self.home) } else { None };
+        if let Some(threat) = threat {
+            return threat.block();
+        }
+        let middle = field.ground.size() * 0.5;
+        if !self.is_out {
+            return Block { center: self.home + (middle - self.home) * RALLY, half: DVec2::ZERO };
+        }
+        let sum = fighters.iter().fold(DVec2::ZERO, |sum, item| sum + item.center);
+        let center = sum / fighters.len() as f64;
+        if let Some(enemy) = nearest(scene.enemies.iter(), center) {
+            return enemy.block();
+        }
+        let distance = |block: &Block| block.center.distance_squared(center);
+        let known = field.memory.blocks().min_by(|one, other| distance(one).total_cmp(&distance(other)));
+        if let Some(block) = known {
+            return *block;
+        }
+        let place = self.place_to_search(field);
+        if fighters.iter().any(|item| item.center.distance(place) < SEARCHED) {
+            self.searches += 1;
+        }
+        Block { center: place, half: DVec2::ZERO }
+    }
+
+    /// Returns where to look next: first across the middle of the map from home, where the other one of two seats begins.
+    fn place_to_search(&self, field: &Field<'_, '_>) -> DVec2 {
+        let size = field.ground.size();
+        if self.searches == 0 {
+            return size - self.home;
+        }
+        let start = View::new();
+        let chance = |purpose| fraction(keyed(self.seed, &start, self.searches, purpose));
+        DVec2::new(chance(Purpose::GoalX), chance(Purpose::GoalY)) * size
+    }
+
+    /// Fires at the weakest enemy in range.
+    fn engage(&mut self, field: &Field<'_, '_>, item: &Item<'_>) -> Option<Command> {
+        let weapon = item.kind.weapon.as_ref()?;
+        let own = item.seen.own?;
+        let in_range = |enemy: &&Item<'_>| is_in_range(item, enemy, weapon);
+        let weakest = |enemy: &&Item<'_>| (!is_armed(enemy), enemy.seen.status.hit_points, enemy.object);
+        let target = field.scene.enemies.iter().filter(in_range).min_by_key(weakest)?;
+        if own.ready.0 > field.view.cycle().0 + 1 && own.task != Task::None {
+            return Some(Command::Hold { object: item.object }).filter(|_| item.seen.base.is_moving());
+        }
+        let is_told = own.task == Task::Attack && self.targets.get(&item.object) == Some(&target.object);
+        if is_told {
+            return None;
+        }
+        self.targets.insert(item.object, target.object);
+        Some(Command::Attack { object: item.object, target: target.object })
+    }
+
+    /// Goes on towards the goal, ready to fight.
+    fn advance(&mut self, field: &mut Field<'_, '_>, item: &Item<'_>, goal: &Block) -> Option<Command> {
+        let own = item.seen.own?;
+        let stands = !item.seen.base.is_moving() && matches!(own.task, Task::None | Task::Hold);
+        let is_there = item.center.distance(goal.center) < 1.5;
+        if !stands || is_there {
+            return None;
+        }
+        let object = item.object;
+        let to = |point: DVec2| Command::AttackMove { object, x: point.x, y: point.y };
+        match field.trips.step(field.ground, field.view, item, goal) {
+            Step::Wait => None,
+            Step::Now => Some(to(goal.center)),
+            Step::Aside(point) => path(object, &[point]),
+            Step::Along => field.trips.way(field.ground, item, goal).first().copied().map(to),
+        }
+    }
+
+    /// Fires from the other mode at where it hits most; goes back when there has been nobody in range for a while.
+    fn besiege(&mut self, field: &Field<'_, '_>, item: &Item<'_>) -> Option<Command> {
+        let object = item.object;
+        let now = field.view.cycle().0;
+        let own = item.seen.own?;
+        let weapon = item.kind.alternate.as_ref()?.weapon.as_ref()?;
+        let in_range = |enemy: &&Item<'_>| is_in_range(item, enemy, weapon);
+        let targets: Vec<&Item<'_>> = field.scene.enemies.iter().filter(in_range).collect();
+        if targets.is_empty() {
+            let since = *self.bored.entry(object).or_insert(now);
+            return (now - since > siege::PATIENCE).then_some(Command::Switch { object });
+        }
+        self.bored.remove(&object);
+        if own.ready.0 > now {
+            return None;
+        }
+        siege::best_point(&targets, field, weapon).map(|point| Command::AttackAt {
+            object,
+            x: point.x,
+            y: point.y,
+        })
+    }
+}
+
+fn is_fighter(item: &Item<'_>) -> bool {
+    item.kind.weapon.is_some() && item.kind.harvest.is_none()
+}
+
+fn is_armed(item: &Item<'_>) -> bool {
+    item.kind.weapon.is_some()
+}
+
+pub(super) fn is_in_range(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon) -> bool {
+    let distance = item.distance(enemy);
+    weapon.range_min <= distance && distance <= weapon.range && weapon.targets.contains(&enemy.kind.layer)
+}

@@ -1,0 +1,46 @@
+//! Buildings of others that were seen, and are there as far as is known.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use maniple_view::hull_distance;
+
+use super::ground::Block;
+use super::scene::{Item, Scene};
+
+/// How much nearer than its sight a place has to be to an own unit to be counted as seen, in world units.
+const MARGIN: f64 = 0.25;
+
+/// What stands at places that may be out of sight.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Memory {
+    /// By the bits of the centre: what stands does not move.
+    places: BTreeMap<(u64, u64), Block>,
+}
+
+impl Memory {
+    /// Takes in what is in sight, and forgets what is gone from where the seat looks.
+    pub(super) fn refresh(&mut self, scene: &Scene<'_>) {
+        let stands = |item: &&Item<'_>| item.kind.speed == 0.0 && item.kind.alternate.is_none();
+        let seen: BTreeMap<(u64, u64), Block> =
+            scene.enemies.iter().filter(stands).map(|item| (key(item.center), item.block())).collect();
+        let is_looked_at = |block: &Block| {
+            scene.own.iter().any(|item| {
+                let shape =
+                    maniple_view::Shape::Rectangle { width: 2.0 * block.half.x, height: 2.0 * block.half.y };
+                hull_distance(block.center - item.center, &item.kind.shape, &shape) < item.kind.sight - MARGIN
+            })
+        };
+        self.places.retain(|key, block| seen.contains_key(key) || !is_looked_at(block));
+        self.places.extend(seen);
+    }
+
+    /// Returns all that is remembered.
+    pub(super) fn blocks(&self) -> impl Iterator<Item = &Block> {
+        self.places.values()
+    }
+}
+
+fn key(point: DVec2) -> (u64, u64) {
+    (point.y.to_bits(), point.x.to_bits())
+}
