@@ -210,7 +210,7 @@ impl Army {
         let now = field.view.cycle().0;
         let own = item.seen.own?;
         let weapon = item.kind.alternate.as_ref()?.weapon.as_ref()?;
-        let in_range = |enemy: &&Item<'_>| is_in_range(item, enemy, weapon);
+        let in_range = |enemy: &&Item<'_>| siege::reaches(item, enemy, weapon);
         let targets: Vec<&Item<'_>> = field.scene.enemies.iter().filter(in_range).collect();
         if targets.is_empty() {
             let since = *self.bored.entry(object).or_insert(now);
@@ -236,7 +236,7 @@ fn is_armed(item: &Item<'_>) -> bool {
     item.kind.weapon.is_some()
 }
 
-pub(super) fn is_in_range(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon) -> bool {
+fn is_in_range(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon) -> bool {
     let distance = item.distance(enemy);
     weapon.range_min <= distance && distance <= weapon.range && weapon.targets.contains(&enemy.kind.layer)
 }

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use maniple_view::{Command, Weapon};
 
-use super::army::{Field, is_in_range};
+use super::army::Field;
 use super::scene::Item;
 
 /// Cycles with nobody in range after which a unit goes back to its first mode.
@@ -28,9 +28,15 @@ pub(super) fn deploy(item: &Item<'_>, enemies: &[Item<'_>]) -> Option<Command> {
         if distance < second.range_min + MARGIN {
             return None;
         }
-        gains |= distance > first.range && is_in_range(item, enemy, second);
+        gains |= distance > first.range && reaches(item, enemy, second);
     }
     gains.then_some(Command::Switch { object: item.object })
+}
+
+/// Returns whether a weapon reaches the centre of an enemy: it is fired at a point.
+pub(super) fn reaches(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon) -> bool {
+    let distance = item.center.distance(enemy.center) - item.kind.shape.radius();
+    weapon.range_min <= distance && distance <= weapon.range && weapon.targets.contains(&enemy.kind.layer)
 }
 
 /// Returns the point at which a weapon hits most enemies, and not more friends; `None` where there is none.
