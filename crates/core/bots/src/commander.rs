@@ -88,7 +88,7 @@ impl Bot for Commander {
         let mut commands = Vec::new();
         if can_train {
             commands.extend(self.town.build((&mut self.ground, &mut self.trips), view, rules, &scene));
-            commands.extend(town::train(&self.town, view, rules, &scene));
+            commands.extend(town::train(&self.town, (self.seed, view), rules, &scene));
         }
         let town = &self.town;
         let is_taken = |object| town.takes(object);

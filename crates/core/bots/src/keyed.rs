@@ -13,6 +13,7 @@ pub(crate) enum Purpose {
     DetourY = 5,
     Wait = 6,
     Strength = 7,
+    Training = 8,
 }
 
 /// Returns the seed of the bot at a seat of a match: the xxh3-64 of the match's seed and the seat, little-endian.

@@ -74,7 +74,7 @@ impl Army {
             home,
             grows,
             is_out: !grows,
-            strength: ARMY_MIN,
+            strength: ARMY_MIN + more(seed, &View::new()),
             searches: 0,
             targets: BTreeMap::new(),
             bored: BTreeMap::new(),
@@ -116,9 +116,7 @@ impl Army {
         }
         if self.is_out && fighters * ARMY_LEAST < self.strength {
             self.is_out = false;
-            let more = keyed(self.seed, view, 0, Purpose::Strength) % ARMY_SPREAD;
-            self.strength += ARMY_MORE + usize::try_from(more).unwrap_or(0);
-            self.strength = self.strength.min(ARMY_MAX);
+            self.strength = (self.strength + ARMY_MORE + more(self.seed, view)).min(ARMY_MAX);
         } else if fighters >= self.strength {
             self.is_out = true;
         }
@@ -226,6 +224,11 @@ impl Army {
             y: point.y,
         })
     }
+}
+
+/// Returns by chance how many fighters more to wait for.
+fn more(seed: u64, view: &View) -> usize {
+    usize::try_from(keyed(seed, view, 0, Purpose::Strength) % ARMY_SPREAD).unwrap_or(0)
 }
 
 fn is_fighter(item: &Item<'_>) -> bool {

@@ -6,6 +6,7 @@ use maniple_view::{Command, Handle, Mode, Rules, UnitType, UnitTypeId, View};
 use super::ground::{Block, Ground};
 use super::scene::{Item, Scene, nearest};
 use super::trips::{Step, Trips, path};
+use crate::keyed::{Purpose, keyed};
 
 /// Workers that are wanted where workers can be trained.
 const WORKERS_WANTED: usize = 14;
@@ -150,13 +151,20 @@ impl Town {
     }
 }
 
-/// Trains units in all buildings that have nothing to do: workers until there are enough, else the dearest fighter that can be had.
-pub(super) fn train(town: &Town, view: &View, rules: &Rules, scene: &Scene<'_>) -> Vec<Command> {
+/// Trains units in all buildings that have nothing to do: workers until there are enough, else the dearest fighter that can be had,
+/// of several one by chance.
+pub(super) fn train(
+    town: &Town,
+    (seed, view): (u64, &View),
+    rules: &Rules,
+    scene: &Scene<'_>,
+) -> Vec<Command> {
     let mut stock = view.stock();
     let in_training = |unit_type| {
         let trains = |item: &&Item<'_>| item.seen.own.is_some_and(|own| own.training == Some(unit_type));
         scene.own.iter().filter(trains).count()
     };
+    let luck = |unit_type: UnitTypeId| keyed(seed, view, unit_type.0.into(), Purpose::Training);
     let mut commands = Vec::new();
     // What is saved for the building that is next.
     let saved = town.project.map_or(0, |project| {
@@ -180,7 +188,7 @@ pub(super) fn train(town: &Town, view: &View, rules: &Rules, scene: &Scene<'_>) 
             Some(worker) => Some(worker),
             None => fighters
                 .filter(|&unit_type| kind(unit_type).making.cost + saved <= stock)
-                .max_by_key(|&unit_type| (kind(unit_type).making.cost, unit_type)),
+                .max_by_key(|&unit_type| (kind(unit_type).making.cost, luck(unit_type))),
         };
         let Some(unit_type) = choice.filter(|&unit_type| kind(unit_type).making.cost <= stock) else {
             continue;
