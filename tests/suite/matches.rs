@@ -260,7 +260,7 @@ fn a_seat_that_stalls_is_skipped_or_forfeited_on_a_virtual_clock() {
 pub(crate) struct Game {
     pub(crate) referee: Referee,
     pub(crate) players: Vec<Player>,
-    records: Vec<RecordedEvent>,
+    pub(crate) records: Vec<RecordedEvent>,
 }
 
 pub(crate) struct Player {

@@ -21,6 +21,8 @@ pub struct Loaded {
     pub scenario: Arc<Scenario>,
     /// The map.
     pub map: Arc<TileMap>,
+    /// The file that it was read from; `None`: it was made from the seed.
+    pub map_path: Option<String>,
     /// What clients are told of the map.
     pub terrain: Arc<Terrain>,
     /// Where everything stands.
@@ -135,29 +137,29 @@ pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) ->
     let sources: Vec<Source<'_>> =
         unit_paths.iter().zip(&unit_texts).map(|(name, text)| Source { name, text }).collect();
     let scenario = draft.checked(&sources, overrides)?;
-    let (map, map_name) = match (&overrides.map, &scenario.map) {
-        (Some(path), _) => (recorder.read_map(path)?, path.clone()),
-        (None, MapSource::File(path)) => {
-            let path = joined(folder(scenario_path), path);
-            (recorder.read_map(&path)?, path)
-        }
+    let (map, map_path) = match (&overrides.map, &scenario.map) {
         (None, MapSource::Generated(request)) => {
             let map = generate(request, scenario.seed).map_err(|problem| LoadError::Generate {
                 scenario: scenario_path.to_owned(),
                 seed: scenario.seed,
                 problem,
             })?;
-            (map, format!("the map of seed {}", scenario.seed))
+            (map, None)
         }
+        (None, MapSource::File(path)) => {
+            let path = joined(folder(scenario_path), path);
+            (recorder.read_map(&path)?, Some(path))
+        }
+        (Some(path), _) => (recorder.read_map(path)?, Some(path.clone())),
     };
     let setup = Setup::new(&scenario, &map).map_err(|problem| LoadError::Place {
         scenario: scenario_path.to_owned(),
-        map: map_name,
+        map: map_path.clone().unwrap_or_else(|| format!("the map of seed {}", scenario.seed)),
         problem,
     })?;
     let terrain = Arc::new(Terrain::of(&map));
     let files = Files(recorder.read.into_inner());
-    Ok(Loaded { scenario: Arc::new(scenario), map: Arc::new(map), terrain, setup, files })
+    Ok(Loaded { scenario: Arc::new(scenario), map: Arc::new(map), map_path, terrain, setup, files })
 }
 
 /// Remembers every file that was read.

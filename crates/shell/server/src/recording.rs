@@ -38,10 +38,10 @@ impl<W: Write> Recording<W> {
     /// Files that are too large for a replay, or a sink that does not take it.
     ///
     /// # Panics
-    /// If the match was not loaded from a scenario and a map.
+    /// If the match was not loaded from a scenario.
     pub fn begin(loaded: &Loaded, mut sink: W) -> Result<Self, RecordingError> {
         let files = &loaded.files.0;
-        let [scenario, map, ..] = files.as_slice() else { panic!("a match is made of a scenario and a map") };
+        let scenario = files.first().expect("a match is made of a scenario");
         let header = ReplayHeader {
             protocol: PROTOCOL,
             build: BUILD.to_owned(),
@@ -49,7 +49,7 @@ impl<W: Write> Recording<W> {
             files: files.iter().map(|file| (file.path.clone(), file.bytes.clone())).collect(),
             scenario: scenario.path.clone(),
             // Named even where it is the scenario's own: what was loaded does not tell, and loads the same.
-            map_override: Some(map.path.clone()),
+            map_override: loaded.map_path.clone(),
             seed: loaded.scenario.seed,
             cycles_max: loaded.scenario.cycles_max.0,
             rate: loaded.scenario.rate,
