@@ -174,7 +174,7 @@ impl Army {
         let weakest = |enemy: &&Item<'_>| (!is_armed(enemy), enemy.seen.status.hit_points, enemy.object);
         let target = field.scene.enemies.iter().filter(in_range).min_by_key(weakest)?;
         if own.ready.0 > field.view.cycle().0 + 1 && own.task != Task::None {
-            return Some(Command::Hold { object: item.object }).filter(|_| item.seen.base.is_moving());
+            return None;
         }
         let is_told = own.task == Task::Attack && self.targets.get(&item.object) == Some(&target.object);
         if is_told {
@@ -189,10 +189,11 @@ impl Army {
         let own = item.seen.own?;
         let stands = !item.seen.base.is_moving() && matches!(own.task, Task::None | Task::Hold);
         let is_there = item.center.distance(goal.center) < 1.5;
-        if !stands || is_there {
-            return None;
-        }
         let object = item.object;
+        if !stands || is_there {
+            let is_idle = stands && own.task == Task::None;
+            return is_idle.then_some(Command::Hold { object });
+        }
         let to = |point: DVec2| Command::AttackMove { object, x: point.x, y: point.y };
         match field.trips.step(field.ground, field.view, item, goal) {
             Step::Wait => None,
