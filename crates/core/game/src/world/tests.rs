@@ -1,3 +1,8 @@
+mod combat;
+mod damage;
+mod layers;
+pub(crate) mod stage;
+
 use std::sync::Arc;
 
 use glam::DVec2;
