@@ -56,8 +56,11 @@ pub(crate) fn cancel(state: &mut State, object: ObjectId) -> Result<(), Refusal>
     let owner = unit.owner.ok_or(Refusal::UnknownHandle)?;
     if unit.mode == Mode::Site {
         let cost = state.kind(object).making.cost;
+        if state.given_up.contains(&object) {
+            return Err(Refusal::NothingToCancel);
+        }
         refund(state, owner, cost);
-        state.remove(object);
+        state.given_up.push(object);
         return Ok(());
     }
     let last = state.units.edit(object).training.pop().ok_or(Refusal::NothingToCancel)?;
@@ -65,6 +68,14 @@ pub(crate) fn cancel(state: &mut State, object: ObjectId) -> Result<(), Refusal>
     refund(state, owner, cost);
     state.seats[owner.index()].has -= 1;
     Ok(())
+}
+
+/// Takes the sites out of the world that have been given up, when all commands are applied: no command sees more of another
+/// one than its refund.
+pub(crate) fn clear(state: &mut State) {
+    for site in std::mem::take(&mut state.given_up) {
+        state.remove(site);
+    }
 }
 
 /// Lets all who are to build go on at the start of a cycle.

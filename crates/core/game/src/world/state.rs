@@ -35,6 +35,8 @@ pub(crate) struct State {
     pub(crate) shots: Vec<(ObjectId, Option<ObjectId>)>,
     /// Whose tasks ended in the last cycle.
     pub(crate) ended: Vec<(ObjectId, Task, EndOfTask)>,
+    /// The sites that are given up in this cycle.
+    pub(crate) given_up: Vec<ObjectId>,
     /// Who died in the last cycle, by number.
     pub(crate) died: Vec<ObjectId>,
 }
@@ -108,6 +110,7 @@ impl State {
             stops: BTreeMap::new(),
             shots: Vec::new(),
             ended: Vec::new(),
+            given_up: Vec::new(),
             died: Vec::new(),
             scenario: Arc::clone(scenario),
         })

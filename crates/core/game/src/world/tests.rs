@@ -1,6 +1,8 @@
 mod combat;
 mod damage;
+mod harvest;
 mod layers;
+mod modes;
 pub(crate) mod stage;
 
 use std::sync::Arc;

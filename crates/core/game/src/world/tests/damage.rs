@@ -112,7 +112,7 @@ fn splash_hurts_friends_only_where_the_scenario_says_so_and_what_is_nobodys_alwa
                 own(0, "mortar", 4.0, 4.0),
                 own(0, "hull", 4.0, 6.0),
                 own(2, "hull", 6.0, 4.0),
-                own(1, "hull", 4.0, 2.0),
+                own(1, "hull", 4.5, 2.25),
                 nobodys("hull", 5.5, 5.5, 0),
             ]);
         stage.tell(&attack_at(0, 4.5, 4.5)).unwrap();

@@ -54,7 +54,7 @@ fn who_flies_passes_over_walls_and_units_but_not_over_the_edge_nor_through_who_f
     check("jet", (3.0, 12.0), Stop::Edge);
     check("jet", (0.0, 6.0), Stop::Edge);
     check("tank", (18.0, 6.0), Stop::Object(ObjectId(1)));
-    check("tank", (9.0, 5.0), Stop::Segment);
+    check("tank", (9.5, 8.0), Stop::Segment);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use maniple_geometry::{Cycle, ObjectId};
 use maniple_view::{
-    Command, EndOfTask, EndReason, Handle, Layer, Mode, Refusal, Seat, Sighting, Task, UnitType, UnitTypeId,
+    Command, EndOfTask, EndReason, Handle, Mode, Refusal, Seat, Sighting, Task, UnitType, UnitTypeId,
     hull_distance,
 };
 
