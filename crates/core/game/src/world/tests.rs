@@ -3,7 +3,9 @@ mod damage;
 mod harvest;
 mod layers;
 mod modes;
+mod production;
 pub(crate) mod stage;
+mod training;
 
 use std::sync::Arc;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-use maniple_geometry::{Cycle, ObjectId};
+use maniple_geometry::ObjectId;
 use maniple_view::{
     Command, EndOfTask, EndReason, Handle, Mode, Refusal, Seat, Sighting, Task, UnitType, UnitTypeId,
     hull_distance,
@@ -295,9 +295,4 @@ pub(crate) fn cancel(object: u32) -> Command {
 
 pub(crate) fn switch(object: u32) -> Command {
     Command::Switch { object: Handle(object) }
-}
-
-/// Returns that many cycles later.
-pub(crate) fn later(cycle: Cycle, cycles: u32) -> Cycle {
-    Cycle(cycle.0 + cycles)
 }
