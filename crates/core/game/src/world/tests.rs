@@ -3,6 +3,8 @@ mod damage;
 mod harvest;
 mod layers;
 mod modes;
+mod neutral;
+mod objectives;
 mod production;
 pub(crate) mod stage;
 mod training;
