@@ -5,6 +5,7 @@ mod layers;
 mod modes;
 mod neutral;
 mod objectives;
+mod play;
 mod production;
 pub(crate) mod stage;
 mod training;

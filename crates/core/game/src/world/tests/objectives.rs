@@ -63,7 +63,6 @@ fn each_objective_is_decided_drawn_or_goes_on_to_the_length() {
     check(kills, &[&[(0, 5)]], length, 480, &[]);
     check(kills, &[&[(0, 4)], &[(0, 3)]], objective, 3, &[0]);
     check(kills, &[&[(3, 1)], &[(3, 0)]], objective, 3, &[1]);
-    // Who has units left wins, not who has more points.
     check(kills, &[&[(0, 4), (3, 1)], &[(0, 3), (3, 0)]], objective, 3, &[]);
 
     let buildings = "kind = 'buildings'";

@@ -76,7 +76,8 @@ impl Plan<'_> {
         };
         loaded.setup.units = stands.iter().map(start).collect();
         let seats = (0..).map(Seat).take(self.seats.len()).collect();
-        Stage { world: World::new(&loaded).unwrap(), unit_types, seats, ended: Vec::new(), shots: Vec::new() }
+        let world = World::new(&loaded).unwrap();
+        Stage { world, unit_types, seats, deviation: 1e-9, ended: Vec::new(), shots: Vec::new() }
     }
 }
 
@@ -85,6 +86,8 @@ pub(crate) struct Stage {
     pub(crate) world: World,
     pub(crate) unit_types: Vec<UnitType>,
     pub(crate) seats: Vec<Seat>,
+    /// By how much what is told of a motion may differ from the world, which rounds each position.
+    pub(crate) deviation: f64,
     /// All tasks that have ended: in which cycle, whose, what and why.
     pub(crate) ended: Vec<(u32, u32, Task, EndOfTask)>,
     /// All shots: in which cycle, who, at whom.
@@ -195,7 +198,7 @@ impl Stage {
         named(&self.unit_types, name)
     }
 
-    fn kind(&self, sighting: &Sighting) -> &UnitType {
+    pub(crate) fn kind(&self, sighting: &Sighting) -> &UnitType {
         &self.unit_types[usize::from(sighting.unit_type.0)]
     }
 
@@ -216,8 +219,7 @@ impl Stage {
                 let other_kind = self.kind(other);
                 if kind.layer == other_kind.layer {
                     let distance = hull_distance(there - at, &kind.shape, &other_kind.shape);
-                    // What is told of a motion is a closed form, and rounds.
-                    assert!(distance > -1e-9, "overlap by {distance}: {one:?} {other:?}");
+                    assert!(distance > -self.deviation, "overlap by {distance}: {one:?} {other:?}");
                 }
             }
         }
