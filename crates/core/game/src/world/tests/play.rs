@@ -144,7 +144,7 @@ fn whatever_seats_do_nothing_breaks_nothing_is_lost_and_it_comes_out_the_same_ag
     for task in [Task::Attack, Task::AttackMove, Task::Gather, Task::ReturnLoad, Task::Build] {
         assert!(coverage.ended.contains(&(task, EndOfTask::Done)), "{task:?} was never done");
     }
-    assert!(coverage.died > 100 && coverage.sites > 50, "{} {}", coverage.died, coverage.sites);
+    assert!(coverage.died > 100 && coverage.sites > 20, "{} {}", coverage.died, coverage.sites);
 }
 
 /// What was told in each cycle, how it was answered, and the hash after it.
@@ -164,7 +164,7 @@ fn stage(setting: &str, deviation: f64, seed: u64) -> Stage {
     ]);
     stands.extend([nobodys("sheep", 9.5, 9.0, 0), nobodys("sheep", 18.0, 9.0, 0)]);
     let tables = format!("{setting}\n{TABLES}");
-    let seats = ["stock = 150\nteam = 7", "stock = 150", "stock = 150\nteam = 7"];
+    let seats = ["stock = 250\nteam = 7", "stock = 250", "stock = 250\nteam = 7"];
     let stage = Plan { tables: &tables, seats: &seats, rows: ROWS, seed }.stage(&stands);
     Stage { deviation, ..stage }
 }
@@ -222,12 +222,12 @@ fn tell_and_check(stage: &mut Stage, seat: u16, command: &Command) -> Result<(),
     }
     let (before, after) = (before[usize::from(seat)], after[usize::from(seat)]);
     let cost = |unit_type: UnitTypeId| stage.unit_types[usize::from(unit_type.0)].making.cost;
-    match command {
-        Command::Train { unit_type, .. } if answer.is_ok() => assert_eq!(before - after, cost(*unit_type)),
-        Command::Cancel { .. } if answer.is_ok() => {
-            assert!(stage.unit_types.iter().any(|kind| kind.making.cost == after - before), "{command:?}");
-        }
-        _ => assert_eq!(before, after, "{command:?} {answer:?}"),
+    if let (Command::Train { unit_type, .. }, Ok(())) = (command, &answer) {
+        assert_eq!(before - after, cost(*unit_type));
+    } else if let (Command::Cancel { .. }, Ok(())) = (command, &answer) {
+        assert!(stage.unit_types.iter().any(|kind| kind.making.cost == after - before), "{command:?}");
+    } else {
+        assert_eq!(before, after, "{command:?} {answer:?}");
     }
     answer
 }
@@ -258,7 +258,7 @@ fn check_resources(stage: &Stage, before: &BTreeMap<ObjectId, Sighting>, stocks:
     let dead =
         before.iter().filter(|(id, it)| !after.contains_key(id) && stage.kind(it).harvest.is_some()).count();
     assert!(
-        carried <= taken && taken <= carried + dead as u32,
+        carried <= taken && taken <= carried + u32::try_from(dead).unwrap(),
         "{taken} taken, {carried} carried, {dead} dead"
     );
     for (id, now) in &after {
@@ -291,20 +291,20 @@ impl Dice {
         mixed ^ (mixed >> 31)
     }
 
-    fn below(&mut self, end: usize) -> usize {
-        (self.next() % end as u64) as usize
+    fn below(&mut self, end: u32) -> u32 {
+        u32::try_from(self.next() % u64::from(end)).unwrap()
     }
 
     fn one<T: Copy>(&mut self, of: &[T]) -> T {
-        of[self.below(of.len())]
+        of[self.below(u32::try_from(of.len()).unwrap()) as usize]
     }
 
     /// Returns a coordinate, mostly within the world.
-    fn coordinate(&mut self, end: f64) -> f64 {
+    fn coordinate(&mut self, end: u32) -> f64 {
         match self.below(40) {
-            0 => self.one(&[0.0, -0.0, end, -1.0, 1e300, f64::NAN, f64::INFINITY]),
-            1..10 => self.below(end as usize) as f64 + 0.5,
-            _ => end * (self.next() >> 11) as f64 / (1_u64 << 53) as f64,
+            0 => self.one(&[0.0, -0.0, f64::from(end), -1.0, 1e300, f64::NAN, f64::INFINITY]),
+            1..10 => f64::from(self.below(end)) + 0.5,
+            _ => f64::from(end) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64,
         }
     }
 
@@ -313,27 +313,33 @@ impl Dice {
         let all = stage.all();
         let meant: Vec<u32> = all.values().filter(|it| is_meant(it)).map(|it| it.object.0).collect();
         if meant.is_empty() || self.below(12) == 0 {
-            return Handle(self.below(all.len() + 20) as u32);
+            return Handle(self.below(60));
         }
         Handle(self.one(&meant))
     }
 
+    /// Returns one of these types, and sometimes any.
+    fn unit_type(&mut self, stage: &Stage, names: &[&str]) -> UnitTypeId {
+        match self.below(8) {
+            0 => UnitTypeId(self.one(&[0, 1, 2, 3, 4, 5, 6, 7, 99])),
+            _ => stage.unit_type(self.one(names)),
+        }
+    }
+
     fn command(&mut self, stage: &Stage, seat: u16) -> Command {
         let is_own = |it: &Sighting| it.owner == Some(Seat(seat));
-        let (x, y) = (self.coordinate(24.0), self.coordinate(12.0));
-        let s = if self.below(4) == 0 { Some(self.coordinate(1.0)) } else { None };
-        let soon = Cycle(stage.world.cycle().0 + self.below(6) as u32);
-        let start = if self.below(4) == 0 { Some((soon, self.coordinate(1.0))) } else { None };
+        let (x, y) = (self.coordinate(24), self.coordinate(12));
+        let s = if self.below(4) == 0 { Some(self.coordinate(1)) } else { None };
+        let soon = Cycle(stage.world.cycle().0 + self.below(6));
+        let start = if self.below(4) == 0 { Some((soon, self.coordinate(1))) } else { None };
         let queue = self.below(3) == 0;
-        let unit_type = UnitTypeId(self.below(stage.unit_types.len()) as u16);
         let armed = |it: &Sighting| is_own(it) && stage.kind(it).weapon.is_some();
         let works = |it: &Sighting| is_own(it) && stage.kind(it).harvest.is_some();
         match self.below(60) {
             0..5 => Command::Move { object: self.object(stage, is_own), x, y, s, queue, start },
             5..7 => {
-                let points = (0..self.below(4))
-                    .map(|_| (self.coordinate(24.0), self.coordinate(12.0), None))
-                    .collect();
+                let points =
+                    (0..self.below(4)).map(|_| (self.coordinate(24), self.coordinate(12), None)).collect();
                 Command::Path { object: self.object(stage, is_own), points, start }
             }
             7 => Command::Stop { object: self.object(stage, is_own) },
@@ -349,9 +355,20 @@ impl Dice {
                 Command::Gather { object: self.object(stage, works), patch }
             }
             33..39 => Command::ReturnLoad { object: self.object(stage, |it| works(it) && it.own.load > 0) },
-            39..45 => Command::Build { object: self.object(stage, works), unit_type, x, y },
+            39..45 => {
+                let unit_type = self.unit_type(stage, &["house", "hut"]);
+                let object = self.object(stage, works);
+                match stage.see(object.0).filter(|_| self.below(5) > 0).map(|_| stage.place(object.0)) {
+                    Some(here) => {
+                        let (x, y) = (here.x - 3.0 + self.coordinate(6), here.y - 2.0 + self.coordinate(4));
+                        Command::Build { object, unit_type, x, y }
+                    }
+                    None => Command::Build { object, unit_type, x, y },
+                }
+            }
             45..51 => {
                 let object = self.object(stage, |it| is_own(it) && !stage.kind(it).trains.is_empty());
+                let unit_type = self.unit_type(stage, &["worker", "tank", "jet"]);
                 Command::Train { object, unit_type }
             }
             51..53 => {

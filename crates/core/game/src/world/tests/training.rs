@@ -194,8 +194,9 @@ fn a_unit_appears_beside_its_building_within_sight_of_it_and_touches_nobody() {
         stage.tell(&train(0, pawn)).unwrap();
         stage.step(8);
         let newest = *stage.all().keys().last().unwrap();
-        let beyond = (stage.place(newest.0) - stage.place(0)).abs() - 1.0;
-        let distance = beyond.max(glam::DVec2::ZERO).length() - 0.25;
+        let (offset, pawn, house) = (stage.place(newest.0) - stage.place(0), newest.0, 0);
+        let shape = |object| stage.kind(&stage.see(object).unwrap()).shape;
+        let distance = maniple_view::hull_distance(offset, &shape(pawn), &shape(house));
         assert!((0.0625..=3.0).contains(&distance), "{distance}");
     }
     assert_eq!(stage.all().len(), 29);
@@ -277,8 +278,7 @@ fn of_two_who_are_ready_for_the_same_room_chance_decides() {
         .replace("sight = 3", "sight = 1.2");
     let won: u32 = (0..200)
         .map(|seed| {
-            let plan =
-                Plan { tables: &tables, rows, seats: &["stock = 20", "stock = 20"], seed, ..Plan::default() };
+            let plan = Plan { tables: &tables, rows, seats: &["stock = 20", "stock = 20"], seed };
             let mut stage = plan.stage(&[own(0, "barracks", 4.5, 3.5), own(1, "barracks", 8.5, 3.5)]);
             let pawn = stage.unit_type("pawn");
             stage.tell(&train(0, pawn)).unwrap();
