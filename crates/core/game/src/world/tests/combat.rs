@@ -73,6 +73,26 @@ fn a_target_at_the_end_of_the_range_is_hit_and_an_ulp_beyond_it_is_not() {
 }
 
 #[test]
+fn who_is_told_to_attack_at_the_end_of_the_range_fires_at_once_and_an_ulp_beyond_it_goes_first() {
+    let check = |shooter: &str, command: Command, at: f64, expected: bool| {
+        let mut stage = stage(&[own(0, shooter, 3.0, 6.0), own(1, "gun", at, 6.0)]);
+        stage.tell(&command).unwrap();
+        stage.step(1);
+        assert_eq!(
+            (stage.shots.len() == 1, stage.place(0).x == 3.0),
+            (expected, expected),
+            "{command:?} {at}"
+        );
+        stage.step(1);
+        assert_eq!(stage.shots.len(), 1, "a short way, and it is there");
+    };
+    check("gun", attack(0, 1), 7.5, true);
+    check("gun", attack(0, 1), 7.5_f64.next_up(), false);
+    check("big", attack_at(0, 9.25, 6.0), 12.0, true);
+    check("big", attack_at(0, 9.25_f64.next_up(), 6.0), 12.0, false);
+}
+
+#[test]
 fn a_target_nearer_than_the_least_range_is_not_hit() {
     let check = |command: Command, x: f64, expected: bool| {
         let mut stage = stage(&[own(0, "big", 3.0, 6.0), own(1, "gun", x, 6.0)]);
