@@ -325,6 +325,7 @@ impl World {
     /// Lets all who have been told to do something go on at the start of a cycle; returns what is hit in it.
     fn set_out(&mut self) -> Vec<combat::Hit> {
         let state = &mut self.state;
+        production::clear(state);
         state.units.settle();
         let scenario = Arc::clone(&state.scenario);
         let busy = state.units.busy();

@@ -159,10 +159,13 @@ struct Shooter<'a> {
 impl Shooter<'_> {
     fn attack(&self, state: &mut State, target: ObjectId, hits: &mut Vec<Hit>) {
         let object = self.object;
-        let sees = state.units.at(object).owner.is_some_and(|owner| state.sees(owner, target));
+        let sees = state.units.at(object).owner.is_some_and(|owner| state.sight.sees(owner, target));
         if !sees {
             state.halt(object);
             state.end_job(object, EndOfTask::Lost);
+            return;
+        }
+        if !state.units.is_alive(target) {
             return;
         }
         let goal = Goal::object(state, target, self.weapon.range);
@@ -182,13 +185,8 @@ impl Shooter<'_> {
         }
     }
 
-    /// Whoever stands for a fight looks for the next target when the weapon is ready, and only then goes on.
     fn attack_move(&self, state: &mut State, goal: DVec2, hits: &mut Vec<Hit>) {
         let object = self.object;
-        let is_moving = state.is_moving(object);
-        if !is_moving && state.cycle() < state.units.at(object).ready {
-            return;
-        }
         if let Some(target) = self.nearest_enemy(state) {
             state.halt(object);
             self.fire(state, Mark::Object(target), hits);
@@ -226,7 +224,7 @@ impl Shooter<'_> {
                 continue;
             }
             let place = state.center(other);
-            let distance = hull_distance(place - center, &shape, &state.kind(other).shape);
+            let distance = apart(place - center, &shape, &state.kind(other).shape);
             if distance > self.weapon.range || distance < self.weapon.range_min || !state.sees(owner, other) {
                 continue;
             }
@@ -255,7 +253,7 @@ impl Shooter<'_> {
             Mark::Object(target) => (state.center(target), state.kind(target).shape, Some(target)),
             Mark::Point(point) => (point, Shape::Circle { radius: 0.0 }, None),
         };
-        let distance = hull_distance(point - state.center(object), &state.kind(object).shape, &shape);
+        let distance = apart(point - state.center(object), &state.kind(object).shape, &shape);
         if distance < self.weapon.range_min {
             return;
         }
@@ -290,6 +288,12 @@ impl Shooter<'_> {
             }
         }
     }
+}
+
+/// Returns how far it is from hull to hull; who flies over something is at no distance from it.
+fn apart(offset: DVec2, one: &Shape, other: &Shape) -> f64 {
+    let distance = hull_distance(offset, one, other);
+    if distance > 0.0 { distance } else { 0.0 }
 }
 
 /// Returns the damage at a distance from the point that is hit; negative distances count as 0.

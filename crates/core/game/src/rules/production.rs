@@ -25,11 +25,24 @@ pub(crate) fn build(
         return Err(Refusal::UnknownAction);
     }
     let kind = state.unit_type(unit_type);
-    if !is_on_open_ground(state, &kind.shape, center, kind.layer, SITE_GAP) {
+    let site = site_at(state, object, unit_type, center);
+    if site.is_none() && !is_on_open_ground(state, &kind.shape, center, kind.layer, SITE_GAP) {
         return Err(Refusal::BadPlace);
     }
+    let center = site.unwrap_or(center);
     state.set_job(object, Job::Build { unit_type, center, site: None });
     Ok(())
+}
+
+/// Returns the centre of a site of a builder's seat that covers a point; what a client knows of it may be rounded.
+fn site_at(state: &State, builder: ObjectId, unit_type: UnitTypeId, point: DVec2) -> Option<DVec2> {
+    let (owner, shape) = (state.units.at(builder).owner, state.unit_type(unit_type).shape);
+    let spot = Shape::Circle { radius: 0.0 };
+    let mut centers = state.units.alive().filter_map(|(site, unit)| {
+        let is_meant = unit.mode == Mode::Site && unit.owner == owner && unit.unit_type == unit_type;
+        is_meant.then(|| state.center(site))
+    });
+    centers.find(|&center| hull_distance(point - center, &spot, &shape) <= 0.0)
 }
 
 /// Tells a building to train a unit behind those that wait; it is paid at once.
@@ -44,7 +57,7 @@ pub(crate) fn train(state: &mut State, object: ObjectId, unit_type: UnitTypeId) 
     pay(state, owner, unit_type).map_err(Unpaid::refusal)?;
     let building = state.units.edit(object);
     if building.training.is_empty() {
-        building.worked = 0;
+        building.made = 0;
     }
     building.training.push(unit_type);
     Ok(())
@@ -56,8 +69,11 @@ pub(crate) fn cancel(state: &mut State, object: ObjectId) -> Result<(), Refusal>
     let owner = unit.owner.ok_or(Refusal::UnknownHandle)?;
     if unit.mode == Mode::Site {
         let cost = state.kind(object).making.cost;
+        if state.given_up.contains(&object) {
+            return Err(Refusal::NothingToCancel);
+        }
         refund(state, owner, cost);
-        state.remove(object);
+        state.given_up.push(object);
         return Ok(());
     }
     let last = state.units.edit(object).training.pop().ok_or(Refusal::NothingToCancel)?;
@@ -65,6 +81,14 @@ pub(crate) fn cancel(state: &mut State, object: ObjectId) -> Result<(), Refusal>
     refund(state, owner, cost);
     state.seats[owner.index()].has -= 1;
     Ok(())
+}
+
+/// Takes the sites out of the world that have been given up, when all commands are applied: no command sees more of another
+/// one than its refund.
+pub(crate) fn clear(state: &mut State) {
+    for site in std::mem::take(&mut state.given_up) {
+        state.remove(site);
+    }
 }
 
 /// Lets all who are to build go on at the start of a cycle.
@@ -107,10 +131,10 @@ pub(crate) fn work(state: &mut State, busy: &[ObjectId]) {
         let unit = state.units.at(object);
         let Some(&unit_type) = unit.training.first().filter(|_| unit.is_alive) else { continue };
         let cycles = state.unit_type(unit_type).making.cycles;
-        if unit.worked < cycles {
-            state.units.edit(object).worked += 1;
+        if unit.made < cycles {
+            state.units.edit(object).made += 1;
         }
-        if state.units.at(object).worked >= cycles {
+        if state.units.at(object).made >= cycles {
             finished.push((state.random(object, Purpose::Precedence), object));
         }
     }
@@ -170,10 +194,10 @@ fn work_on_sites(state: &mut State, busy: &[ObjectId]) {
         }
         let cycles = state.kind(site).making.cycles;
         let unit = state.units.edit(site);
-        unit.worked += 1;
-        if unit.worked >= cycles {
+        unit.made += 1;
+        if unit.made >= cycles {
             unit.mode = Mode::Normal;
-            unit.worked = 0;
+            unit.made = 0;
             unit.is_worked_on = false;
             finish(state, site, busy);
         }
@@ -202,11 +226,12 @@ fn release(state: &mut State, building: ObjectId) {
     state.seats[owner.index()].tally.made += 1;
     let unit = state.units.edit(building);
     unit.training.remove(0);
-    unit.worked = 0;
+    unit.made = 0;
 }
 
 /// Returns a place for a unit beside a building: on a lattice as wide as the unit, from the building outwards, and not beyond what
-/// the building sees, so that the place says nothing of what is hidden. `None` where there is no room.
+/// the building sees, so that the place says nothing of what is hidden, and on the ground not behind a wall that nobody gets round.
+/// `None` where there is no room.
 fn place_beside(state: &State, building: ObjectId, unit_type: UnitTypeId) -> Option<DVec2> {
     let (home, house) = (state.center(building), state.kind(building));
     let kind = state.unit_type(unit_type);
@@ -214,10 +239,13 @@ fn place_beside(state: &State, building: ObjectId, unit_type: UnitTypeId) -> Opt
     let spacing = 2.0 * radius + START_GAP;
     let reach = house.shape.radius() + house.sight;
     let room = Room { gap: START_GAP, but: None };
+    let region = state.region(home);
+    let is_within_reach =
+        |point: DVec2| kind.layer == Layer::Air || region.is_none() || state.region(point) == region;
     Rings::new(reach / spacing)
         .map(|(x, y)| home + DVec2::new(f64::from(x), f64::from(y)) * spacing)
         .filter(|&point| hull_distance(point - home, &kind.shape, &house.shape) + 2.0 * radius <= house.sight)
-        .find(|&point| has_room(state, &kind.shape, point, kind.layer, room))
+        .find(|&point| is_within_reach(point) && has_room(state, &kind.shape, point, kind.layer, room))
 }
 
 /// What counts as room.

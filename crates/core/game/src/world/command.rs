@@ -23,6 +23,7 @@ pub(super) fn obey(
     });
     let target = || target.ok_or(Refusal::UnknownTarget);
     match command {
+        Command::Stop { .. } if state.speed(object) == 0.0 => return cease(state, object),
         Command::Move { .. } | Command::Path { .. } | Command::Stop { .. } | Command::Resign => {
             return steer(state, object, command);
         }
@@ -71,6 +72,16 @@ fn steer(state: &mut State, object: ObjectId, command: &Command) -> Result<(), R
     if state.units.at(object).job != Job::None {
         state.set_job(object, Job::None);
     }
+    Ok(())
+}
+
+/// Lets an object do nothing more that stands anyway, if it is one that can be told to do something.
+fn cease(state: &mut State, object: ObjectId) -> Result<(), Refusal> {
+    let kind = state.kind(object);
+    if state.weapon(object).is_none() && kind.harvest.is_none() && kind.builds.is_empty() {
+        return Err(Refusal::UnknownAction);
+    }
+    state.set_job(object, Job::None);
     Ok(())
 }
 

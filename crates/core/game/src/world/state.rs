@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use maniple_geometry::{Cycle, Moment, ObjectId};
 use maniple_kinematics::{Leg, Placement, WallError};
-use maniple_tilemap::TileMap;
+use maniple_tilemap::{Regions, TileMap, regions};
 use maniple_view::{
     Base, EndOfTask, Mode, Own, Seat, Shape, Status, Stop, Tally, Task, UnitType, UnitTypeId, Weapon,
     hull_distance,
@@ -18,12 +18,15 @@ use super::unit::{Body, Job, Unit, Units};
 use crate::keyed::{Purpose, keyed};
 use crate::load::Loaded;
 use crate::placement::StartUnit;
+use crate::room::tile_of;
 use crate::scenario::{Scenario, SeatStart};
 use crate::vision::Sight;
 
 /// The state of a match.
 pub(crate) struct State {
     pub(crate) map: Arc<TileMap>,
+    /// Where the ground hangs together; only where units are made.
+    regions: Option<Regions>,
     pub(crate) scenario: Arc<Scenario>,
     pub(crate) field: Field,
     pub(crate) units: Units,
@@ -35,6 +38,8 @@ pub(crate) struct State {
     pub(crate) shots: Vec<(ObjectId, Option<ObjectId>)>,
     /// Whose tasks ended in the last cycle.
     pub(crate) ended: Vec<(ObjectId, Task, EndOfTask)>,
+    /// The sites that are given up in this cycle.
+    pub(crate) given_up: Vec<ObjectId>,
     /// Who died in the last cycle, by number.
     pub(crate) died: Vec<ObjectId>,
 }
@@ -98,6 +103,7 @@ impl State {
         };
         Ok(Self {
             map: Arc::clone(&loaded.map),
+            regions: scenario.production.then(|| regions(&loaded.map)),
             field: Field::new(loaded)?,
             units: Units::default(),
             seats: scenario.seats.iter().map(seat).collect(),
@@ -108,9 +114,16 @@ impl State {
             stops: BTreeMap::new(),
             shots: Vec::new(),
             ended: Vec::new(),
+            given_up: Vec::new(),
             died: Vec::new(),
             scenario: Arc::clone(scenario),
         })
+    }
+
+    /// Returns the region of open ground that a point of the map is in, where units are made; `None` on a wall.
+    pub(crate) fn region(&self, point: DVec2) -> Option<u32> {
+        let (x, y) = tile_of(point)?;
+        self.regions.as_ref().filter(|_| x < self.map.width() && y < self.map.height())?.label(x, y)
     }
 
     /// Puts an object into the world that stands still and is finished.

@@ -1,3 +1,15 @@
+mod combat;
+mod damage;
+mod harvest;
+mod layers;
+mod modes;
+mod neutral;
+mod objectives;
+mod play;
+mod production;
+pub(crate) mod stage;
+mod training;
+
 use std::sync::Arc;
 
 use glam::DVec2;

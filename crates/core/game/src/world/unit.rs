@@ -31,8 +31,10 @@ pub(crate) struct Unit {
     pub(crate) load: u32,
     /// The first cycle in which it can fire again.
     pub(crate) ready: Cycle,
-    /// Cycles of work on the next resource, on what is in training, or on the site that it is.
+    /// Cycles of work on the next resource.
     pub(crate) worked: u32,
+    /// Cycles of work on what is in training, or on the site that it is.
+    pub(crate) made: u32,
     /// What it trains, the first one now.
     pub(crate) training: Vec<UnitTypeId>,
     /// Whether somebody worked on it in the last cycle; only for sites.
@@ -182,6 +184,7 @@ impl Unit {
             load: 0,
             ready: Cycle(0),
             worked: 0,
+            made: 0,
             training: Vec::new(),
             is_worked_on: false,
         }
@@ -206,7 +209,7 @@ impl Unit {
     /// Returns what its owner knows of it, its motions apart; `making_cycles` is what it takes to make what it trains, or
     /// what the site will be.
     pub(crate) fn own(&self, now: Cycle, making_cycles: u32) -> Own {
-        let left = making_cycles.saturating_sub(self.worked);
+        let left = making_cycles.saturating_sub(self.made);
         let is_worked_at = !self.training.is_empty() || (self.mode == Mode::Site && self.is_worked_on);
         let is_being_made = is_worked_at && left > 0;
         Own {
@@ -235,6 +238,7 @@ impl Unit {
             self.load,
             self.ready.0,
             self.worked,
+            self.made,
             u32::from(self.is_worked_on),
         ] {
             bytes.extend_from_slice(&number.to_le_bytes());
