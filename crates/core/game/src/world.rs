@@ -351,14 +351,14 @@ impl World {
         let scenario = Arc::clone(&state.scenario);
         state.units.settle();
         let busy = state.units.busy();
-        if scenario.modes {
-            modes::complete(state, &busy);
-        }
         if scenario.harvest.is_some() {
             harvest::work(state, played, &busy);
         }
         if scenario.production {
             production::work(state, &busy);
+        }
+        if scenario.modes {
+            modes::complete(state, &busy);
         }
         if scenario.combat.is_some() {
             combat::land(state, hits);

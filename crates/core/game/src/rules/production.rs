@@ -12,7 +12,7 @@ use crate::scenario::{TRAINING_MAX, UNITS_MAX};
 use crate::world::{Job, State};
 
 /// Least distance of a building site from everything else, in world units; less than what a builder reaches.
-const SITE_GAP: f64 = 1.0 / 64.0;
+pub(crate) const SITE_GAP: f64 = 1.0 / 64.0;
 
 /// Tells an object to build. What it costs is paid, and whether there is room decided, when it has come there.
 pub(crate) fn build(
@@ -129,7 +129,8 @@ pub(crate) fn work(state: &mut State, busy: &[ObjectId]) {
     let mut finished = Vec::new();
     for &object in busy {
         let unit = state.units.at(object);
-        let Some(&unit_type) = unit.training.first().filter(|_| unit.is_alive) else { continue };
+        let is_switching = matches!(unit.mode, Mode::Switching | Mode::SwitchingBack);
+        let Some(&unit_type) = unit.training.first().filter(|_| !is_switching) else { continue };
         let cycles = state.unit_type(unit_type).making.cycles;
         if unit.made < cycles {
             state.units.edit(object).made += 1;

@@ -19,6 +19,8 @@ use super::{
     UNIT_FILES_MAX, UNIT_TYPES_MAX, UNITS_MAX, Vision, WANDER_DEFAULT, WANDER_MAX, WANDER_MIN,
     ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
 };
+use crate::rules::approach::TOUCH;
+use crate::rules::production::SITE_GAP;
 
 /// Longest path of a file, in bytes.
 pub(super) const PATH_BYTES_MAX: usize = 1024;
@@ -130,8 +132,31 @@ impl<'a> Draft<'a> {
         let unit_type = |(name, unit, source): &(&str, &Spanned<file::Unit>, Source<'_>)| {
             reader.unit_type(name, unit).map_err(|problem| source.error(problem))
         };
-        written.iter().map(unit_type).collect()
+        let unit_types = written.iter().map(unit_type).collect::<Result<Vec<UnitType>, _>>()?;
+        if self.file.vision.is_some() {
+            for ((name, unit, source), unit_type) in written.iter().zip(&unit_types) {
+                if unit_type.sight < sight_to_build(unit_type, &unit_types) {
+                    let problem =
+                        "builds what is larger than it sees; give it more sight, or no such building";
+                    let name = (*name).to_owned();
+                    return Err(source.error((unit.span(), Problem::Unfit { name, problem })));
+                }
+            }
+        }
+        Ok(unit_types)
     }
+}
+
+/// Returns how far a builder must see to see whoever stands where it builds: one that it does not see must not tell it anything.
+fn sight_to_build(builder: &UnitType, unit_types: &[UnitType]) -> f64 {
+    let mut wanted = 0.0;
+    for building in &builder.builds {
+        let across = 2.0 * unit_types[usize::from(building.0)].shape.radius() + TOUCH + SITE_GAP;
+        if across > wanted {
+            wanted = across;
+        }
+    }
+    wanted
 }
 
 fn scenario(
@@ -142,6 +167,10 @@ fn scenario(
 ) -> Found<Scenario> {
     let names: Vec<String> = unit_types.iter().map(|unit_type| unit_type.name.clone()).collect();
     let seats = seats(&file.seat, &names)?;
+    if let (None, file::Kind::Kills | file::Kind::Buildings) = (&file.combat, file.objective.get_ref().kind) {
+        let field = "an objective of kills or buildings";
+        return Err((file.objective.span(), Problem::Pointless { field, choice: "a table [combat]" }));
+    }
     Ok(Scenario {
         name: named(&file.name, "name", NAME_BYTES_MAX)?,
         map: map_source(file, &unit_types)?,

@@ -210,7 +210,11 @@ impl Unit {
     /// what the site will be.
     pub(crate) fn own(&self, now: Cycle, making_cycles: u32) -> Own {
         let left = making_cycles.saturating_sub(self.made);
-        let is_worked_at = !self.training.is_empty() || (self.mode == Mode::Site && self.is_worked_on);
+        let is_worked_at = match self.mode {
+            Mode::Normal | Mode::Alternate => !self.training.is_empty(),
+            Mode::Switching | Mode::SwitchingBack => false,
+            Mode::Site => self.is_worked_on,
+        };
         let is_being_made = is_worked_at && left > 0;
         Own {
             queued: 0,

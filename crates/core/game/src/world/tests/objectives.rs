@@ -228,3 +228,23 @@ fn a_race_counts_whose_centre_is_in_the_zone_border_included_and_once() {
     assert_eq!(stage.world.points(), [1, 0], "once");
     assert_eq!(stage.ending(), None);
 }
+
+#[test]
+fn an_objective_of_fights_where_nobody_fights_is_refused() {
+    let check = |kind: &str, combat: &str, expected: bool| {
+        let text = format!(
+            "name = 'x'\nmap = 'x.map'\nlength_seconds = 1\n{combat}\n[objective]\nkind = '{kind}'\n\
+             [unit.a]\nradius = 0.25\nspeed = 1\n[[seat]]\ngroups = [{{ unit = 'a', count = 1 }}]\n"
+        );
+        let error = crate::Scenario::read("x.toml", &text).err().map(|error| error.to_string());
+        assert_eq!(error.is_none(), expected, "{kind} {combat} {error:?}");
+        assert!(error.is_none_or(|error| error.contains("means nothing without a table [combat]")));
+    };
+    for kind in ["kills", "buildings"] {
+        check(kind, "", false);
+        check(kind, "[combat]", true);
+    }
+    for kind in ["last_standing", "resources"] {
+        check(kind, "", true);
+    }
+}

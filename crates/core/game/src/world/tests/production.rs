@@ -355,3 +355,22 @@ fn without_a_table_production_nothing_is_made() {
         assert_eq!(stage.tell(&command), Err(Refusal::UnknownAction));
     }
 }
+
+#[test]
+fn under_fog_a_builder_has_to_see_across_what_it_builds() {
+    let check = |vision: &str, sight: f64, expected: Option<&str>| {
+        let text = format!(
+            "name = 'x'\nmap = 'x.map'\nlength_seconds = 1\n{vision}\n[production]\n\
+             [objective]\nkind = 'last_standing'\n\
+             [unit.hall]\nwidth = 6\nheight = 8\nspeed = 0\n\
+             [unit.mason]\nradius = 0.25\nspeed = 1\nsight = {sight}\nbuilds = ['hall']\n\
+             [[seat]]\ngroups = [{{ unit = 'mason', count = 1 }}]\n"
+        );
+        let error = crate::Scenario::read("x.toml", &text).err().map(|error| error.to_string());
+        assert_eq!(error.is_some(), expected.is_some(), "{vision} {sight} {error:?}");
+        assert!(expected.is_none_or(|expected| error.unwrap().contains(expected)));
+    };
+    check("[vision]", 10.078_125, None);
+    check("[vision]", 10.078, Some("\"mason\" builds what is larger than it sees"));
+    check("", 1.0, None);
+}

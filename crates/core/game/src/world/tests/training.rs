@@ -2,7 +2,7 @@
 
 use maniple_view::{EndOfTask, Refusal, Seat, UnitTypeId};
 
-use super::stage::{Plan, Stage, Stand, attack, build, cancel, gather, go, nobodys, own, train};
+use super::stage::{Plan, Stage, Stand, attack, build, cancel, gather, go, nobodys, own, switch, train};
 
 /// A `barracks` trains pawns in a second and knights in two.
 const TABLES: &str = "
@@ -265,6 +265,27 @@ fn a_seat_has_4096_objects_and_those_in_training_are_among_them() {
         (full, 180),
         "it is made, or still in training"
     );
+}
+
+#[test]
+fn who_switches_its_mode_does_not_train_meanwhile() {
+    let tables = format!(
+        "[modes]\n{TABLES}[unit.hall]\nwidth = 2\nheight = 2\nspeed = 0\nhit_points = 9\ntrains = ['pawn']\n\
+         [unit.hall.alternate]\nname = 'shut'\nswitch_seconds = 2\nspeed = 0\n"
+    );
+    let mut stage = Plan { tables: &tables, seats: &["stock = 200", ""], ..Plan::default() }
+        .stage(&[own(0, "hall", 6.0, 6.0)]);
+    let due = |stage: &Stage| stage.see(0).unwrap().own.due.map(|due| due.0);
+    stage.tell(&train(0, stage.unit_type("pawn"))).unwrap();
+    stage.step(3);
+    assert_eq!(due(&stage), Some(8));
+    stage.tell(&switch(0)).unwrap();
+    stage.step(15);
+    assert_eq!((due(&stage), stage.all().len()), (None, 1));
+    stage.step(1);
+    assert_eq!(due(&stage), Some(24));
+    stage.step(5);
+    assert_eq!((due(&stage), stage.all().len()), (None, 2));
 }
 
 #[test]
