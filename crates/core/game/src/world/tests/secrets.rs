@@ -105,3 +105,38 @@ fn who_is_not_seen_does_not_decide_where_a_unit_appears() {
     check(1.0, true);
     check(1.1, true);
 }
+
+#[test]
+fn the_luck_of_a_unit_does_not_depend_on_what_others_make() {
+    let tables = "[combat]\n[production]\n[unit.hall]\nwidth = 2\nheight = 2\nspeed = 0\ntrains = ['gun']\n\
+         [unit.gun]\nradius = 0.25\nspeed = 1\nmake_seconds = 1\n\
+         weapon = { range = 12, cooldown_seconds = 0, damage_min = 0, damage_max = 99 }\n\
+         [unit.butt]\nradius = 0.5\nspeed = 0\nhit_points = 100000\n";
+    let hit_points = |others_make: bool| {
+        let mut stage = Plan { tables, ..Plan::default() }.stage(&[
+            own(0, "hall", 6.0, 6.0),
+            own(1, "hall", 20.0, 6.0),
+            nobodys("butt", 6.0, 2.0, 0),
+        ]);
+        if others_make {
+            stage.tell(&train(1, stage.unit_type("gun"))).unwrap();
+        }
+        stage.step(2);
+        stage.tell(&train(0, stage.unit_type("gun"))).unwrap();
+        stage.step(8);
+        let all = stage.all();
+        let is_own_gun = |it: &&Sighting| it.owner == Some(Seat(0)) && it.object != ObjectId(0);
+        let gun = all.values().find(is_own_gun).unwrap().object.0;
+        stage.tell(&attack(gun, 2)).unwrap();
+        let hit_points: Vec<u32> = (0..20)
+            .map(|_| {
+                stage.step(1);
+                stage.hit_points(2)
+            })
+            .collect();
+        (gun, hit_points)
+    };
+    let ((one, alone), (other, beside)) = (hit_points(false), hit_points(true));
+    assert_ne!(one, other, "it has another number");
+    assert_eq!(alone, beside);
+}
