@@ -245,7 +245,7 @@ fn place_beside(state: &State, building: ObjectId, unit_type: UnitTypeId) -> Opt
         |point: DVec2| kind.layer == Layer::Air || region.is_none() || state.region(point) == region;
     Rings::new(reach / spacing)
         .map(|(x, y)| home + DVec2::new(f64::from(x), f64::from(y)) * spacing)
-        .filter(|&point| hull_distance(point - home, &kind.shape, &house.shape) + 2.0 * radius <= house.sight)
+        .filter(|&point| hull_distance(point - home, &kind.shape, &house.shape) + spacing <= house.sight)
         .find(|&point| is_within_reach(point) && has_room(state, &kind.shape, point, kind.layer, room))
 }
 

@@ -7,6 +7,7 @@ mod neutral;
 mod objectives;
 mod play;
 mod production;
+mod secrets;
 pub(crate) mod stage;
 mod training;
 

@@ -7,7 +7,7 @@ use maniple_view::{Command, EndOfTask, Handle, Layer, Mode, Refusal, Seat, Sight
 
 use super::stage::{Plan, Stage, Stand, nobodys, own};
 
-const TABLES: &str = "
+pub(super) const TABLES: &str = "
 [combat]
 friendly_fire = true
 [harvest]
@@ -172,7 +172,7 @@ fn stage(setting: &str, deviation: f64, seed: u64) -> Stage {
 /// Plays at random and checks each cycle.
 fn play(setting: &str, deviation: f64, seed: u64, coverage: &mut Coverage) -> Told {
     let mut stage = stage(setting, deviation, seed);
-    let mut dice = Dice(seed);
+    let mut dice = Dice::new(seed);
     let mut told = Told::new();
     while stage.world.ending().is_none() {
         let mut commands = Vec::new();
@@ -281,9 +281,13 @@ fn founded<'a>(
 }
 
 /// Numbers that look random (Steele, Lea and Flood, *Fast splittable pseudorandom number generators*, 2014).
-struct Dice(u64);
+pub(super) struct Dice(u64);
 
 impl Dice {
+    pub(super) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
     fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -291,16 +295,16 @@ impl Dice {
         mixed ^ (mixed >> 31)
     }
 
-    fn below(&mut self, end: u32) -> u32 {
+    pub(super) fn below(&mut self, end: u32) -> u32 {
         u32::try_from(self.next() % u64::from(end)).unwrap()
     }
 
-    fn one<T: Copy>(&mut self, of: &[T]) -> T {
+    pub(super) fn one<T: Copy>(&mut self, of: &[T]) -> T {
         of[self.below(u32::try_from(of.len()).unwrap()) as usize]
     }
 
     /// Returns a coordinate, mostly within the world.
-    fn coordinate(&mut self, end: u32) -> f64 {
+    pub(super) fn coordinate(&mut self, end: u32) -> f64 {
         match self.below(40) {
             0 => self.one(&[0.0, -0.0, f64::from(end), -1.0, 1e300, f64::NAN, f64::INFINITY]),
             1..10 => f64::from(self.below(end)) + 0.5,
