@@ -19,3 +19,4 @@ mod protocol;
 mod rational;
 mod readme;
 mod simulate;
+mod tournament;
