@@ -20,9 +20,13 @@ bot, and a second table says what each seat has won. Bots with the same name get
 The interval of a win rate is that of Wilson (1927) at 95 %; draws count as played and not as won, and the score takes them
 for half a win. What is behind +- is the standard deviation of the sample.
 
-A bot that panics resigns, and that counts as its crash. A match that cannot be played is told apart, counts for nobody, and
+A bot that panics resigns, and that counts as its crash; it is no failure of the command. A match that cannot be played is told apart, counts for nobody, and
 makes the exit code 1. The interrupt key ends the run with what was played so far, and the exit code 130. The result does
 not depend on --jobs: in --json all that does is under `timing`.
+
+Columns of --csv: match (from 0), seed, winner (empty for a draw; of a team all, with + between them), reason, cycles, hash,
+failure (why it could not be played), and for each seat, as in seat_0_player: player, won, points, late and refused
+commands, crash. --json has the same under `matches`, and with --replays where each replay is.
 
 Example: maniple match config/scenarios/duel.toml --bot straight --bot random --seed 7 --replay duel.replay
 Example: maniple match --bot straight --bot random --count 1000 --csv matches.csv";

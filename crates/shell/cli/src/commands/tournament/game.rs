@@ -146,7 +146,7 @@ fn played(
     let sink = plan.replays.is_some().then_some(&mut bytes);
     let told = |cycle: u32| {
         if cycle > 0 {
-            progress()
+            progress();
         }
     };
     let result = headless::play(referee, &mut bots, sink, told, |_| {})?;
