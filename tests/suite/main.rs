@@ -13,6 +13,7 @@ mod kinematics;
 mod maps;
 mod matches;
 mod network;
+mod pause;
 mod predicates;
 mod profile;
 mod protocol;
