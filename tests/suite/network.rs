@@ -141,7 +141,8 @@ async fn who_breaks_the_protocol_is_told_and_nobody_else_notices() {
     check_refused_in_seat(&arena, long_line.as_bytes(), &limit(FRAME_FROM_CLIENT_MAX)).await;
     let unknown_message = Refused::Malformed {
         place: "message 2, column 8".to_owned(),
-        problem: "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`".to_owned(),
+        problem: "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`, `pause`"
+            .to_owned(),
     };
     check_refused_in_seat(&arena, b"{\"cheat\":1}\n", &unknown_message).await;
     check_half_a_message(&arena).await;
@@ -268,7 +269,7 @@ async fn real_time_runs_on_without_a_client_that_says_nothing() {
     let result = loop {
         match idle.next().await.unwrap() {
             Event::Cycle(delta) => cycles.push(delta.cycle.0),
-            Event::Pong { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } => {}
             Event::Ended(result) => break result,
         }
     };
@@ -468,7 +469,9 @@ async fn play_json(
             }
             ServerMessage::GridDelta(_) => panic!("JSON has doubles"),
             ServerMessage::Ended { result } => return (result, view),
-            other @ (ServerMessage::Refused { .. } | ServerMessage::Pong { .. }) => panic!("{other:?}"),
+            other @ (ServerMessage::Refused { .. }
+            | ServerMessage::Pong { .. }
+            | ServerMessage::Paused { .. }) => panic!("{other:?}"),
         }
     }
 }

@@ -13,6 +13,7 @@ use maniple_protocol::{
     ServerMessage, Spot, TOKEN_DIGITS, Welcome, decode_client, decode_server, encode_client, encode_server,
     read_replay,
 };
+use maniple_referee::PAUSES_MAX;
 use maniple_view::{
     Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
     Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode,
@@ -142,6 +143,7 @@ fn the_document_states_the_limits_as_they_are() {
         ("hex digits of a token", TOKEN_DIGITS),
         ("commands of a seat in a cycle", COMMANDS_A_CYCLE_MAX),
         ("waypoints behind a motion", WAYPOINTS_MAX),
+        ("pauses that a seat asks for in a match", usize::try_from(PAUSES_MAX).unwrap()),
         ("bytes of a record of a replay", REPLAY_RECORD_MAX),
     ];
     for (what, limit) in limits {
@@ -162,6 +164,7 @@ fn client_messages() -> Vec<(&'static str, ClientMessage)> {
         ("commands", ClientMessage::Commands { seen_cycle: Cycle(300), list: commands() }),
         ("done", ClientMessage::Done { cycle: Cycle(70_000) }),
         ("ping", ClientMessage::Ping { id: u32::MAX }),
+        ("pause", ClientMessage::Pause { on: true }),
     ]
 }
 
@@ -205,6 +208,7 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("delta_empty", ServerMessage::Delta(Delta { cycle: Cycle(1), ..Delta::default() })),
         ("pong", ServerMessage::Pong { id: 9, cycle: Cycle(65_535), fraction: 0.1 }),
         ("ended", ServerMessage::Ended { result: result() }),
+        ("paused", ServerMessage::Paused { seats: vec![Seat(0), Seat(300)], on: true }),
         ("refused_protocol", refused(Refused::Protocol { supported: 1 })),
         ("refused_handshake", refused(Refused::Handshake)),
         ("refused_timeout", refused(Refused::Timeout { seconds: 10 })),

@@ -25,6 +25,20 @@ pub trait Bot {
     fn on_cycle(&mut self, view: &View, delta: &Delta) -> Vec<Command>;
 }
 
+impl<B: Bot + ?Sized> Bot for Box<B> {
+    fn name(&self) -> &'static str {
+        (**self).name()
+    }
+
+    fn on_start(&mut self, seat: Seat, rules: &Rules, terrain: &Terrain) {
+        (**self).on_start(seat, rules, terrain);
+    }
+
+    fn on_cycle(&mut self, view: &View, delta: &Delta) -> Vec<Command> {
+        (**self).on_cycle(view, delta)
+    }
+}
+
 /// A name that no bot has.
 #[derive(Clone, Debug, Error, PartialEq, Eq)]
 #[error("no bot is called {name:?}; there are {}", NAMES.join(", "))]

@@ -102,7 +102,7 @@ impl Random {
     }
 
     pub(crate) fn client_message(&mut self) -> ClientMessage {
-        match self.below(4) {
+        match self.below(5) {
             0 => ClientMessage::Hello(Hello {
                 protocol: self.u32(),
                 client: self.text(),
@@ -111,17 +111,19 @@ impl Random {
             }),
             1 => ClientMessage::Commands { seen_cycle: self.cycle(), list: self.list(Self::sequenced) },
             2 => ClientMessage::Done { cycle: self.cycle() },
+            3 => ClientMessage::Pause { on: self.coin() },
             _ => ClientMessage::Ping { id: self.u32() },
         }
     }
 
     pub(crate) fn server_message(&mut self) -> ServerMessage {
-        match self.below(6) {
+        match self.below(7) {
             0 => ServerMessage::Welcome(self.welcome()),
             1 => ServerMessage::Refused { reason: self.refused() },
             2 => ServerMessage::Delta(self.delta()),
             3 => ServerMessage::Pong { id: self.u32(), cycle: self.cycle(), fraction: self.double() },
             4 => ServerMessage::GridDelta(self.grid_delta()),
+            5 => ServerMessage::Paused { seats: self.list(Self::seat), on: self.coin() },
             _ => ServerMessage::Ended { result: self.result() },
         }
     }

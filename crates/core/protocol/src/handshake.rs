@@ -32,6 +32,11 @@ pub enum Input {
         /// The number that goes back.
         id: u32,
     },
+    /// Wants a pause, or none.
+    Pause {
+        /// Whether it wants one.
+        on: bool,
+    },
     /// The client broke the protocol: send it this reason and close. Nothing comes after.
     Violation(Refused),
 }
@@ -117,6 +122,7 @@ impl Inbound {
             ClientMessage::Commands { seen_cycle, list } => Ok(Some(Input::Commands { seen_cycle, list })),
             ClientMessage::Done { cycle } => Ok(Some(Input::Done { cycle })),
             ClientMessage::Ping { id } => Ok(Some(Input::Ping { id })),
+            ClientMessage::Pause { on } => Ok(Some(Input::Pause { on })),
         }
     }
 
@@ -201,12 +207,14 @@ mod tests {
                 commands,
                 ClientMessage::Done { cycle: Cycle(7) },
                 ClientMessage::Ping { id: 3 },
+                ClientMessage::Pause { on: true },
             ];
             let expected = [
                 Input::Hello(hello()),
                 Input::Commands { seen_cycle: Cycle(7), list: Vec::new() },
                 Input::Done { cycle: Cycle(7) },
                 Input::Ping { id: 3 },
+                Input::Pause { on: true },
             ];
             assert_eq!(inputs(&[&stream(encoding, &messages)]), (expected.to_vec(), encoding));
         }

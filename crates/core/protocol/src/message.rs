@@ -34,6 +34,12 @@ pub enum ClientMessage {
         /// A number that comes back.
         id: u32,
     },
+    /// Wants the clock to stand still, or to go on.
+    Pause {
+        /// Whether it shall stand still: it does at the end of the cycle in which all seats that are in and have a
+        /// player want it to, until one of them says otherwise.
+        on: bool,
+    },
 }
 
 /// Who connects. The layout of this message stays the same in every version of the protocol.
@@ -70,7 +76,7 @@ pub enum ServerMessage {
         id: u32,
         /// The cycle that runs.
         cycle: Cycle,
-        /// How much of the cycle's wall-clock time has passed, `0.0..=1.0`; 0 in lock-step.
+        /// How much of the cycle's wall-clock time has passed, `0.0..=1.0`; 0 in lock-step and in a pause.
         fraction: f64,
     },
     /// The match has ended; the last message of the connection.
@@ -80,6 +86,14 @@ pub enum ServerMessage {
     },
     /// As [`ServerMessage::Delta`], in steps of the grid that the rules name; only on binary connections.
     GridDelta(GridDelta),
+    /// Who wants a pause, and whether there is one. To all when that changes, to who asks even if it does not, and
+    /// behind the keyframe of who comes when it is not none.
+    Paused {
+        /// The seats that want it, in their order; once there is one, those that had asked for it.
+        seats: Vec<Seat>,
+        /// Whether the clock stands still.
+        on: bool,
+    },
 }
 
 /// All that a client needs to know before the first delta.

@@ -36,6 +36,12 @@ impl Banks {
         self.now = self.now.max(now);
     }
 
+    /// Takes the present time, and that none of what has passed since the last counts for anybody.
+    pub(crate) fn handle_time_off(&mut self, now: Duration) {
+        self.cycle_start = self.cycle_start.saturating_add(now.saturating_sub(self.now));
+        self.handle_time(now);
+    }
+
     /// Takes that a seat is done with the present cycle.
     pub(crate) fn handle_done(&mut self, seat: Seat) {
         let waited = self.waited();
@@ -120,6 +126,20 @@ mod tests {
             banks.next_cycle();
         }
         assert_eq!(banks.empty_at(SEAT), Some(seconds(40)));
+    }
+
+    #[test]
+    fn time_off_empties_no_bank() {
+        let mut banks = banks();
+        banks.handle_time(seconds(4));
+        banks.handle_time_off(seconds(1000));
+        banks.handle_time_off(seconds(900));
+        assert_eq!(banks.empty_at(SEAT), Some(seconds(1006)));
+        banks.handle_time(seconds(1005));
+        assert!(!banks.is_free(SEAT));
+        banks.handle_done(SEAT);
+        banks.next_cycle();
+        assert_eq!(banks.empty_at(SEAT), Some(seconds(1005 + 10 - (4 + 5) + 1)));
     }
 
     #[test]

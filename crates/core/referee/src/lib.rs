@@ -6,11 +6,13 @@
 
 mod bank;
 mod part;
+mod pause;
 mod record;
 mod referee;
 mod seat;
 
 pub use part::Part;
+pub use pause::{PAUSES_MAX, Paused};
 pub use record::{RecordedEvent, ReplayError};
 pub use referee::Referee;
 pub use seat::{FloodError, JoinError, NAME_BYTES_MAX, QUEUED_MAX};

@@ -14,6 +14,7 @@ use maniple_view::{
 
 use crate::bank::Banks;
 use crate::part::Part;
+use crate::pause::{Agreement, Paused};
 use crate::record::RecordedEvent;
 use crate::seat::{Batch, FloodError, JoinError, SeatState, check_name};
 
@@ -28,6 +29,7 @@ pub struct Referee {
     world: World,
     seats: Vec<SeatState>,
     banks: Banks,
+    agreement: Agreement,
     records: Vec<RecordedEvent>,
     result: Option<MatchResult>,
 }
@@ -46,7 +48,9 @@ impl Referee {
         let tracker = |seat| Tracker::new(seat, world.skin_of_limits(), scenario.profile.positions);
         let seats =
             (0..).map(Seat).map(|seat| SeatState::new(tracker(seat))).take(scenario.seats.len()).collect();
-        let mut referee = Self { loaded, mode, world, seats, banks, records: Vec::new(), result: None };
+        let agreement = Agreement::new(scenario.seats.len());
+        let (records, result) = (Vec::new(), None);
+        let mut referee = Self { loaded, mode, world, seats, banks, agreement, records, result };
         referee.tell(vec![Vec::new(); referee.seats.len()]);
         referee.record_hash();
         Ok(referee)
@@ -77,11 +81,32 @@ impl Referee {
         Ok(())
     }
 
-    /// Takes that a player has gone; in lock-step the seat's time bank runs on.
+    /// Takes that a player has gone; in lock-step the seat's time bank runs on. A pause goes on as long as a player is
+    /// left who could end it.
     pub fn handle_leave(&mut self, seat: Seat) {
         let state = &mut self.seats[seat.index()];
         state.is_connected = false;
         state.delta = None;
+        self.review_pause();
+    }
+
+    /// Takes that a seat wants a pause: once all seats that are in and have a player want it, no cycle is ready and no
+    /// time bank runs until one of them wants to go on. Neither the state nor the record knows of it.
+    ///
+    /// Has no effect before all players have come, from a seat that is out, and beyond [`crate::PAUSES_MAX`] times.
+    pub fn handle_pause(&mut self, seat: Seat) {
+        if self.result.is_none() && self.have_all_joined() && self.counts(seat) {
+            self.agreement.handle_wish(seat);
+            self.review_pause();
+        }
+    }
+
+    /// Takes that a seat wants no pause: a pause ends, a wish for one is withdrawn. Has no effect from a seat that is
+    /// out.
+    pub fn handle_go_on(&mut self, seat: Seat) {
+        if self.counts(seat) {
+            self.agreement.handle_no_wish(seat);
+        }
     }
 
     /// Takes commands for the next cycle to be simulated; `seen_cycle` is that of the last delta that the client had
@@ -112,6 +137,10 @@ impl Referee {
     /// Takes the time that has passed since any fixed moment; only lock-step needs it. Seats whose time bank is empty
     /// are forfeited, if the scenario says so.
     pub fn handle_time(&mut self, now: Duration) {
+        if self.agreement.is_on() {
+            self.banks.handle_time_off(now);
+            return;
+        }
         self.banks.handle_time(now);
         if !self.have_all_joined() {
             self.banks.restart();
@@ -133,6 +162,7 @@ impl Referee {
         }
         self.world.resign(seat);
         self.records.push(RecordedEvent::Forfeited { cycle: self.world.cycle(), seat });
+        self.review_pause();
     }
 
     /// Plays exactly one cycle: applies the commands that wait, seat by seat in the order in which they came,
@@ -164,6 +194,7 @@ impl Referee {
         done(Part::Views);
         self.record_hash();
         self.conclude();
+        self.review_pause();
         done(Part::Result);
     }
 
@@ -173,17 +204,23 @@ impl Referee {
         self.seats[seat.index()].delta.take()
     }
 
+    /// Returns who wants a pause and whether there is one, if that has changed since the last call; everybody is to be
+    /// told.
+    pub fn take_pause_change(&mut self) -> Option<Paused> {
+        self.agreement.take_change()
+    }
+
     /// Returns what has happened since the last call, for the replay.
     pub fn take_records(&mut self) -> Vec<RecordedEvent> {
         std::mem::take(&mut self.records)
     }
 
-    /// Returns whether the next cycle may be played: all seats have been joined once, the match goes on, and in
-    /// lock-step every seat that is still in is done or has an empty time bank. In real time the rate is up to the
-    /// caller.
+    /// Returns whether the next cycle may be played: all seats have been joined once, the match goes on and is not
+    /// paused, and in lock-step every seat that is still in is done or has an empty time bank. In real time the rate is
+    /// up to the caller.
     #[must_use]
     pub fn is_ready(&self) -> bool {
-        if self.result.is_some() || !self.have_all_joined() {
+        if self.result.is_some() || self.agreement.is_on() || !self.have_all_joined() {
             return false;
         }
         match self.mode {
@@ -259,6 +296,12 @@ impl Referee {
         self.world.is_out(seat)
     }
 
+    /// Returns who wants a pause, and whether there is one.
+    #[must_use]
+    pub fn pause(&self) -> Paused {
+        self.agreement.state()
+    }
+
     /// Returns whether a player is at a seat.
     #[must_use]
     pub fn is_connected(&self, seat: Seat) -> bool {
@@ -297,7 +340,18 @@ impl Referee {
 
     /// Returns whether time banks run.
     fn is_waiting(&self) -> bool {
-        self.mode == ClockMode::Lockstep && self.result.is_none() && self.have_all_joined()
+        let goes_on = self.result.is_none() && !self.agreement.is_on();
+        self.mode == ClockMode::Lockstep && goes_on && self.have_all_joined()
+    }
+
+    /// Returns whether a seat has a say in a pause: it is in, and a player is there.
+    fn counts(&self, seat: Seat) -> bool {
+        self.is_connected(seat) && !self.world.is_out(seat)
+    }
+
+    fn review_pause(&mut self) {
+        let (seats, world) = (&self.seats, &self.world);
+        self.agreement.review(|seat| seats[seat.index()].is_connected && !world.is_out(seat));
     }
 
     /// Applies the commands of a seat and returns their results.

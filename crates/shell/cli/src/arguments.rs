@@ -2,6 +2,7 @@
 
 mod generate;
 mod profile;
+mod tournament;
 
 use std::net::SocketAddr;
 use std::ops::RangeInclusive;
@@ -12,6 +13,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use crate::output::JsonFlag;
 pub(crate) use generate::MapGenerate;
 pub(crate) use profile::ProfileArguments;
+pub(crate) use tournament::ManyArguments;
 
 /// Most circles of a benchmark of each kind: 4 million take about a gigabyte.
 const OBJECTS_MAX: i64 = 4_000_000;
@@ -62,9 +64,8 @@ pub(crate) enum Command {
     /// Run a kinematic scene from a JSON file
     #[command(after_help = "Example: maniple simulate scene.json --cycles 100 --json")]
     Simulate(Simulate),
-    /// Play a match between bots in this process, as fast as it goes
-    #[command(after_help = "Example: maniple match config/scenarios/duel.toml --bot straight --bot random \
-                            --seed 7 --replay duel.replay")]
+    /// Play a match between bots in this process, as fast as it goes; or, with --count, many
+    #[command(after_help = tournament::MATCH_HELP)]
     Match(Match),
     /// Run a match that clients join over TCP
     #[command(after_help = "Example: maniple serve --clock lockstep --listen 127.0.0.1:0 --once")]
@@ -169,6 +170,8 @@ pub(crate) struct Match {
     pub(crate) replay: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
+    #[command(flatten)]
+    pub(crate) many: ManyArguments,
 }
 
 /// How time passes.

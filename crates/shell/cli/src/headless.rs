@@ -5,15 +5,21 @@ use std::io::Write;
 use anyhow::Context;
 use maniple_bots::{Bot, bot_seed};
 use maniple_game::Loaded;
-use maniple_referee as referee;
+use maniple_referee::{self as referee, Referee};
 use maniple_server::Recording;
-use maniple_view::{ClockMode, MatchResult, Seat, Sequenced};
+use maniple_view::{MatchResult, Seat, Sequenced};
 
 use crate::failure::Failure;
-use crate::start;
 
 /// Returns the bots of a match: those that are named, then those of the scenario.
 pub(crate) fn bots(loaded: &Loaded, names: &[String]) -> Result<Vec<Box<dyn Bot + Send>>, Failure> {
+    let names = bot_names(loaded, names)?;
+    let seat_bot = |(seat, name): (Seat, &String)| bot(name, loaded.scenario.seed, seat);
+    (0..).map(Seat).zip(&names).map(seat_bot).collect()
+}
+
+/// Returns the names of the bots of a match: those that are named, then those of the scenario. Each is that of a bot.
+pub(crate) fn bot_names(loaded: &Loaded, names: &[String]) -> Result<Vec<String>, Failure> {
     let seats = &loaded.scenario.seats;
     if names.len() > seats.len() {
         return Err(Failure::usage(format!(
@@ -22,26 +28,29 @@ pub(crate) fn bots(loaded: &Loaded, names: &[String]) -> Result<Vec<Box<dyn Bot 
             seats.len()
         )));
     }
-    let seat_bot = |(number, default): (u16, Option<&String>)| {
-        let seat = Seat(number);
-        let seed = bot_seed(loaded.scenario.seed, seat);
-        match (names.get(seat.index()), default) {
-            (Some(name), _) => maniple_bots::make(name, seed)
-                .map_err(|error| Failure::usage(format!("--bot for seat {number}: {error}"))),
-            (None, Some(name)) => maniple_bots::make(name, seed)
-                .with_context(|| format!("{}, seat {number}", scenario_path(loaded)))
-                .map_err(Failure::BadInput),
-            (None, None) => Err(Failure::usage(format!(
-                "{} names no bot for seat {number}; name one with --bot",
-                scenario_path(loaded)
-            ))),
+    let checked = |name: &String| maniple_bots::make(name, 0).map(|_| name.clone());
+    let seat_bot = |(number, default): (usize, Option<&String>)| match (names.get(number), default) {
+        (Some(name), _) => {
+            checked(name).map_err(|error| Failure::usage(format!("--bot for seat {number}: {error}")))
         }
+        (None, Some(name)) => checked(name)
+            .with_context(|| format!("{}, seat {number}", scenario_path(loaded)))
+            .map_err(Failure::BadInput),
+        (None, None) => Err(Failure::usage(format!(
+            "{} names no bot for seat {number}; name one with --bot",
+            scenario_path(loaded)
+        ))),
     };
-    (0u16..).zip(seats.iter().map(|start| start.bot.as_ref())).map(seat_bot).collect()
+    seats.iter().map(|start| start.bot.as_ref()).enumerate().map(seat_bot).collect()
+}
+
+/// Returns the bot of this name for a seat of a match with this seed.
+pub(crate) fn bot(name: &str, seed: u64, seat: Seat) -> Result<Box<dyn Bot + Send>, Failure> {
+    maniple_bots::make(name, bot_seed(seed, seat)).map_err(Failure::failed)
 }
 
 /// Returns the path of the scenario, which is the first file of a match.
-fn scenario_path(loaded: &Loaded) -> &str {
+pub(crate) fn scenario_path(loaded: &Loaded) -> &str {
     loaded.files.0.first().map_or("the scenario", |file| &file.path)
 }
 
@@ -56,28 +65,27 @@ pub(crate) enum Part {
     Referee(referee::Part),
 }
 
-/// Plays a match to its end. The replay goes to `replay`, if one is wanted; `progress` is told the number of cycles
-/// played, `done` each part of a cycle when it is done.
-pub(crate) fn play(
-    loaded: Loaded,
-    mut bots: Vec<Box<dyn Bot + Send>>,
+/// Plays a match to its end, from a referee whom nobody has joined yet. The replay goes to `replay`, if one is wanted;
+/// `progress` is told the number of cycles played, `done` each part of a cycle when it is done.
+pub(crate) fn play<B: Bot>(
+    mut referee: Referee,
+    bots: &mut [B],
     replay: Option<impl Write>,
     progress: impl Fn(u32),
     mut done: impl FnMut(Part),
 ) -> Result<MatchResult, Failure> {
-    let recording = replay.map(|sink| Recording::begin(&loaded, sink)).transpose();
+    let recording = replay.map(|sink| Recording::begin(referee.loaded(), sink)).transpose();
     let mut recording = recording.map_err(Failure::failed)?;
-    let mut referee = start::referee(loaded, ClockMode::Lockstep)?;
-    for (seat, bot) in (0..).map(Seat).zip(&bots) {
+    for (seat, bot) in (0..).map(Seat).zip(&*bots) {
         referee.handle_join(seat, bot.name()).map_err(Failure::failed)?;
     }
     let rules = referee.rules();
-    for (seat, bot) in (0..).map(Seat).zip(&mut bots) {
+    for (seat, bot) in (0..).map(Seat).zip(&mut *bots) {
         bot.on_start(seat, &rules, referee.terrain());
     }
     let mut sequence = 0;
     loop {
-        for (seat, bot) in (0..).map(Seat).zip(&mut bots) {
+        for (seat, bot) in (0..).map(Seat).zip(&mut *bots) {
             let Some(delta) = referee.take_delta(seat) else { continue };
             let commands = bot.on_cycle(referee.view(seat), &delta);
             let numbered = commands.into_iter().map(|command| {

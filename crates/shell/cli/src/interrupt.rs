@@ -15,6 +15,11 @@ use crate::failure::INTERRUPTED;
 
 /// Ends the process with the code that a shell gives to an interrupted one, whenever that is from now on.
 pub(crate) fn exit_when_interrupted() {
+    when_interrupted(|| std::process::exit(INTERRUPTED));
+}
+
+/// Does something at the first interrupt from now on, in a thread of its own. The ones after it do nothing.
+pub(crate) fn when_interrupted(act: impl FnOnce() + Send + 'static) {
     let (listens, heard) = mpsc::channel();
     thread::spawn(move || {
         let runtime = Builder::new_current_thread().enable_all().build();
@@ -25,7 +30,7 @@ pub(crate) fn exit_when_interrupted() {
             }))
         });
         if matches!(interrupted, Ok(Ok(()))) {
-            std::process::exit(INTERRUPTED);
+            act();
         }
     });
     // A runtime that cannot be had leaves the system's own way to stop.

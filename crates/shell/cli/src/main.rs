@@ -2,6 +2,7 @@
 
 mod arguments;
 mod commands;
+mod csv;
 mod explain;
 mod failure;
 mod files;
@@ -31,7 +32,7 @@ fn main() -> ExitCode {
 }
 
 fn run(command: Command) -> Result<(), Failure> {
-    if !matches!(command, Command::Serve(_)) {
+    if !minds_interrupts(&command) {
         interrupt::exit_when_interrupted();
     }
     match command {
@@ -42,6 +43,17 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Bot(bot) => commands::bot::run(&bot),
         Command::Replay(replay) => commands::replay::run(&replay),
         Command::Bench(bench) => commands::bench::run(&bench),
+    }
+}
+
+/// Returns whether a command has something to do when it is interrupted.
+fn minds_interrupts(command: &Command) -> bool {
+    match command {
+        Command::Serve(_) => true,
+        Command::Match(play) => play.many.count.is_some(),
+        Command::Map(_) | Command::Simulate(_) | Command::Bot(_) | Command::Replay(_) | Command::Bench(_) => {
+            false
+        }
     }
 }
 

@@ -35,8 +35,15 @@ pub enum Event {
         id: u32,
         /// The cycle that ran.
         cycle: u32,
-        /// How much of its wall-clock time had passed, `0.0..=1.0`; 0 in lock-step.
+        /// How much of its wall-clock time had passed, `0.0..=1.0`; 0 in lock-step and in a pause.
         fraction: f64,
+    },
+    /// Who wants a pause, and whether there is one.
+    Paused {
+        /// The seats that want it, in their order; once there is one, those that had asked for it.
+        seats: Vec<Seat>,
+        /// Whether the clock stands still.
+        on: bool,
     },
     /// The match has ended; nothing comes after.
     Ended(MatchResult),
@@ -79,6 +86,7 @@ impl Client {
                 return Err(unexpected("a delta", "the welcome"));
             }
             ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
+            ServerMessage::Paused { .. } => return Err(unexpected("a pause", "the welcome")),
             ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
         };
         Ok(Self { stream, frames, buffer, welcome, view: View::new(), next_seq: 0 })
@@ -94,6 +102,7 @@ impl Client {
             ServerMessage::GridDelta(grid) => self.take_in(grid.delta(self.welcome.rules.positions)?),
             ServerMessage::Ended { result } => Ok(Event::Ended(result)),
             ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
+            ServerMessage::Paused { seats, on } => Ok(Event::Paused { seats, on }),
             ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
             ServerMessage::Welcome(_) => Err(unexpected("a second welcome", "a delta")),
         }
@@ -131,6 +140,22 @@ impl Client {
         write(&mut self.stream, &bytes).await
     }
 
+    /// Asks for a pause: there is one once all seats that are in and have a player have asked for it.
+    ///
+    /// # Errors
+    /// As [`Self::done`].
+    pub async fn pause(&mut self) -> Result<(), ClientError> {
+        self.say_pause(ClientMessage::Pause { on: true }).await
+    }
+
+    /// Ends a pause, or withdraws the wish for one.
+    ///
+    /// # Errors
+    /// As [`Self::done`].
+    pub async fn go_on(&mut self) -> Result<(), ClientError> {
+        self.say_pause(ClientMessage::Pause { on: false }).await
+    }
+
     /// Plays the match to its end: `decide` gets the view after each delta, and the delta, and returns the commands.
     ///
     /// # Errors
@@ -149,7 +174,7 @@ impl Client {
                     }
                     write(&mut self.stream, &bytes).await?;
                 }
-                Event::Pong { .. } => {}
+                Event::Pong { .. } | Event::Paused { .. } => {}
                 Event::Ended(result) => return Ok(result),
             }
         }
@@ -197,6 +222,11 @@ impl Client {
             self.next_seq = self.next_seq.wrapping_add(1);
         }
         Ok(encode_commands(Encoding::Binary, self.view.cycle(), &sequenced)?)
+    }
+
+    async fn say_pause(&mut self, message: ClientMessage) -> Result<(), ClientError> {
+        let bytes = encode_client(Encoding::Binary, &message)?;
+        write(&mut self.stream, &bytes).await
     }
 
     fn encode_done(&self) -> Result<Vec<u8>, ClientError> {

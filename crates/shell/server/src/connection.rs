@@ -121,9 +121,9 @@ async fn greet(reader: &mut Reader, gate: &Gate) -> Greeting {
         Ok(Err(_) | Ok(None)) => Greeting::Gone,
         Ok(Ok(Some(Input::Hello(hello)))) => Greeting::Hello(hello),
         Ok(Ok(Some(Input::Violation(reason)))) => Greeting::Refused(reason),
-        Ok(Ok(Some(Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. }))) => {
-            Greeting::Refused(Refused::Handshake)
-        }
+        Ok(Ok(Some(
+            Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. } | Input::Pause { .. },
+        ))) => Greeting::Refused(Refused::Handshake),
     }
 }
 

@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use maniple_protocol::{Encoding, GridDelta, Hello, Input, Refused, ServerMessage, Welcome};
-use maniple_referee::Referee;
+use maniple_referee::{Paused, Referee};
 use maniple_view::{ClockMode, Delta, Digest, MatchResult, Seat};
 use tokio::sync::OwnedSemaphorePermit;
 
@@ -58,7 +58,7 @@ pub(crate) struct Simulation {
     recording: Option<Recording<Sink>>,
     events: Receiver<Event>,
     start: Instant,
-    /// `None` in lock-step, and before all seats have been joined.
+    /// `None` in lock-step, in a pause, and before all seats have been joined.
     pace: Option<Pace>,
     is_shutting_down: bool,
 }
@@ -94,6 +94,8 @@ impl Simulation {
         while self.referee.result().is_none() && !self.is_shutting_down {
             self.referee.handle_time(self.start.elapsed());
             self.record()?;
+            // Who has gone, resigned or been forfeited has no say any more.
+            self.tell_pause();
             let now = self.start.elapsed();
             match self.next_step(now) {
                 Some(due) if due <= now => {
@@ -124,7 +126,11 @@ impl Simulation {
                 let period = Duration::from_secs_f64(1.0 / self.referee.rate());
                 Some(self.pace.get_or_insert_with(|| Pace::new(period, now)).due())
             }
-            ClockMode::Realtime => None,
+            ClockMode::Realtime => {
+                // Once it goes on, the next cycle is due a whole period later, and nothing is to be made good.
+                self.pace = None;
+                None
+            }
         }
     }
 
@@ -216,6 +222,10 @@ impl Simulation {
         );
         self.send(seat, &ServerMessage::Welcome(self.welcome(seat)));
         self.send_delta(seat);
+        let pause = self.referee.pause();
+        if pause.on || !pause.seats.is_empty() {
+            self.send_pause(seat, pause);
+        }
     }
 
     fn handle_input(&mut self, seat: Seat, input: Input) {
@@ -232,9 +242,35 @@ impl Simulation {
                 let fraction = self.pace.as_ref().map_or(0.0, |pace| pace.fraction(now));
                 self.send(seat, &ServerMessage::Pong { id, cycle: self.referee.cycle(), fraction });
             }
+            Input::Pause { on } => self.handle_pause(seat, on),
             Input::Violation(reason) => self.remove(seat, reason),
             Input::Hello(_) => self.remove(seat, Refused::Handshake),
         }
+    }
+
+    fn handle_pause(&mut self, seat: Seat, on: bool) {
+        if on {
+            self.referee.handle_pause(seat);
+        } else {
+            self.referee.handle_go_on(seat);
+        }
+        if !self.tell_pause() {
+            self.send_pause(seat, self.referee.pause());
+        }
+    }
+
+    /// Tells everybody who wants a pause, if that has changed; returns whether it has.
+    fn tell_pause(&mut self) -> bool {
+        let Some(pause) = self.referee.take_pause_change() else { return false };
+        tracing::info!(cycle = self.referee.cycle().0, on = pause.on, seats = ?pause.seats, "pause");
+        for seat in self.table.seats() {
+            self.send_pause(seat, pause.clone());
+        }
+        true
+    }
+
+    fn send_pause(&mut self, seat: Seat, Paused { seats, on }: Paused) {
+        self.send(seat, &ServerMessage::Paused { seats, on });
     }
 
     fn welcome(&self, seat: Seat) -> Welcome {

@@ -7,7 +7,7 @@ use maniple_view::{
 };
 
 use super::Referee;
-use crate::{FloodError, JoinError, QUEUED_MAX, RecordedEvent, ReplayError};
+use crate::{FloodError, JoinError, Paused, QUEUED_MAX, RecordedEvent, ReplayError};
 
 const A: Seat = Seat(0);
 const B: Seat = Seat(1);
@@ -221,6 +221,98 @@ fn a_record_that_was_tampered_with_is_found_out() {
     );
     check(&|records| records.push(records[records.len() - 2].clone()), "the match came to Some");
     check(&|records| records.insert(5, records[records.len() - 1].clone()), "the match came to None");
+}
+
+#[test]
+fn no_cycle_is_ready_and_no_bank_runs_while_all_want_a_pause() {
+    for mode in [ClockMode::Realtime, ClockMode::Lockstep] {
+        let mut referee = Referee::new(loaded("forfeit"), mode).unwrap();
+        referee.handle_join(A, "Ada").unwrap();
+        referee.handle_pause(A);
+        assert_eq!(referee.pause().seats, [], "before all have come nobody can be asked");
+        referee.handle_join(B, "Bob").unwrap();
+        for seat in [A, B] {
+            referee.take_delta(seat);
+            referee.handle_done(seat, Cycle(0));
+        }
+        referee.handle_pause(A);
+        assert!(referee.is_ready(), "{mode:?}");
+        assert_eq!(referee.take_pause_change(), Some(Paused { seats: vec![A], on: false }));
+        referee.handle_pause(B);
+        assert!(!referee.is_ready(), "{mode:?}");
+        assert_eq!(referee.take_pause_change(), Some(Paused { seats: vec![A, B], on: true }));
+        referee.handle_time(Duration::from_secs(1000));
+        assert_eq!((referee.poll_timeout(), referee.is_out(A), referee.is_out(B)), (None, false, false));
+        referee.handle_go_on(B);
+        assert_eq!(referee.take_pause_change(), Some(Paused { seats: vec![], on: false }));
+        assert!(referee.is_ready(), "{mode:?}");
+        step(&mut referee);
+        assert_eq!(referee.cycle(), Cycle(1));
+    }
+}
+
+#[test]
+fn a_bank_is_as_full_after_a_pause_as_before() {
+    let mut referee = started("forfeit");
+    referee.handle_time(Duration::from_millis(1500));
+    referee.handle_pause(A);
+    referee.handle_pause(B);
+    referee.handle_time(Duration::from_secs(100));
+    referee.handle_go_on(A);
+    assert_eq!(referee.poll_timeout(), Some(Duration::from_millis(100_500)));
+    referee.handle_time(Duration::from_millis(100_400));
+    assert!(!referee.is_out(B));
+    referee.handle_time(Duration::from_millis(100_500));
+    assert!(referee.is_out(B));
+}
+
+#[test]
+fn who_is_out_or_away_has_no_say_in_a_pause() {
+    let mut referee = started("skip");
+    referee.handle_pause(A);
+    referee.handle_leave(B);
+    assert!(referee.pause().on, "the one who is there has asked");
+    referee.handle_go_on(B);
+    assert!(referee.pause().on, "nobody is at this seat");
+    referee.handle_join(B, "Bob").unwrap();
+    assert!(referee.pause().on, "who comes back finds the pause");
+    referee.handle_go_on(B);
+    assert!(!referee.pause().on);
+    referee.handle_pause(A);
+    referee.handle_pause(B);
+    referee.handle_leave(A);
+    assert!(referee.pause().on, "one is left who can end it");
+    referee.handle_leave(B);
+    assert!(!referee.pause().on, "nobody is left who could end it");
+    referee.handle_join(A, "Ada").unwrap();
+    referee.forfeit(A);
+    referee.handle_pause(A);
+    assert_eq!(referee.pause(), Paused { seats: vec![], on: false });
+}
+
+#[test]
+fn a_pause_is_in_no_record_and_changes_no_hash() {
+    let play = |pauses: bool| {
+        let mut referee = started("skip");
+        let go =
+            Command::Move { object: own(&referee, A), x: 8.0, y: 3.0, s: None, queue: false, start: None };
+        let mut records = Vec::new();
+        for cycle in 0..10 {
+            records.extend(referee.take_records());
+            if pauses && cycle == 4 {
+                referee.handle_pause(A);
+                referee.handle_pause(B);
+            }
+            if cycle == 4 {
+                let go = Sequenced { seq: 1, command: go.clone() };
+                referee.handle_commands(A, Cycle(4), vec![go]).unwrap();
+            }
+            referee.handle_go_on(B);
+            step(&mut referee);
+        }
+        (records, referee.hash())
+    };
+    assert_eq!(play(true), play(false));
 }
 
 fn replay(records: &[RecordedEvent]) -> Result<(), ReplayError> {

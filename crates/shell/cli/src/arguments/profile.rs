@@ -91,6 +91,24 @@ impl ProfileArguments {
         })
     }
 
+    /// Returns the flags that were given, each with a space before it.
+    pub(crate) fn flags(&self) -> String {
+        fn named<E: ValueEnum>(choice: Option<E>) -> Option<String> {
+            choice.and_then(|choice| choice.to_possible_value()).map(|value| value.get_name().to_owned())
+        }
+        let flags = [
+            ("--rate", self.rate.map(|rate| rate.to_string())),
+            ("--scalar", named(self.scalar)),
+            ("--solver", named(self.solver)),
+            ("--substeps", self.substeps.map(|substeps| substeps.to_string())),
+            ("--certify", named(self.certify)),
+            ("--skin", self.skin.map(|skin| skin.to_string())),
+            ("--positions", named(self.positions)),
+            ("--grid-bits", self.grid_bits.map(|bits| bits.to_string())),
+        ];
+        flags.into_iter().filter_map(|(flag, value)| value.map(|value| format!(" {flag} {value}"))).collect()
+    }
+
     fn solver(&self) -> Result<Option<Solver>, Failure> {
         match (self.solver, self.substeps) {
             (None, _) => Ok(None),

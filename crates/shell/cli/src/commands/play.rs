@@ -7,10 +7,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use maniple_game::Overrides;
 use maniple_game::scenario::Objective;
 use maniple_geometry::Cycle;
-use maniple_view::{Digest, EndReason, MatchResult, Score, Seat};
+use maniple_view::{ClockMode, Digest, EndReason, MatchResult, Score, Seat};
 use serde::Serialize;
 
 use crate::arguments::Match;
+use crate::commands::tournament;
 use crate::explain::Costs;
 use crate::failure::Failure;
 use crate::output::{Format, grouped, note, print, print_text};
@@ -38,6 +39,9 @@ struct Report {
 
 /// Runs `maniple match`.
 pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
+    if let Some(count) = arguments.many.count {
+        return tournament::run(arguments, count);
+    }
     let asked = Overrides {
         map: start::map_path(arguments.map.as_deref()),
         seed: arguments.seed,
@@ -47,7 +51,7 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
     if let Some(cycles) = arguments.cycles {
         loaded.limit_cycles(Cycle(cycles));
     }
-    let bots = headless::bots(&loaded, &arguments.bots)?;
+    let mut bots = headless::bots(&loaded, &arguments.bots)?;
     let (name, seed, rate) = (loaded.scenario.name.clone(), loaded.scenario.seed, loaded.scenario.rate);
     let objective = loaded.scenario.objective;
     let bar = progress_bar(u64::from(loaded.scenario.cycles_max.0));
@@ -57,9 +61,10 @@ pub(crate) fn run(arguments: &Match) -> Result<(), Failure> {
     let begun = Instant::now();
     let mut costs = Costs::begin();
     let progress = |cycle| bar.set_position(u64::from(cycle));
+    let referee = start::referee(loaded, ClockMode::Lockstep)?;
     let result = match &explained {
-        Some(_) => headless::play(loaded, bots, replay, progress, |part| costs.done(part))?,
-        None => headless::play(loaded, bots, replay, progress, |_| {})?,
+        Some(_) => headless::play(referee, &mut bots, replay, progress, |part| costs.done(part))?,
+        None => headless::play(referee, &mut bots, replay, progress, |_| {})?,
     };
     let seconds = begun.elapsed().as_secs_f64();
     bar.finish_and_clear();

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::commands::bench::tradeoff::measure::{Assessed, Timed};
 use crate::commands::bench::tradeoff::setting::{Precision, Setting};
+use crate::csv::line;
 
 /// What a setting costs in a scene, and how far it is from the truth; shares are from 0 to 1, lengths in world units.
 #[derive(Clone, Debug, Serialize)]
@@ -132,29 +133,16 @@ pub(super) fn mark_pareto(rows: &mut [Row]) {
     }
 }
 
-/// Returns the rows as CSV (RFC 4180, lines ended by a line feed alone).
+/// Returns the rows as CSV.
 pub(super) fn csv(rows: &[Row]) -> String {
     let mut text = String::new();
     if let Some(row) = rows.first() {
-        text += &line(row.fields().map(|(name, _)| name.to_owned()));
+        text += &line(row.fields().map(|(name, _)| name));
     }
     for row in rows {
         text += &line(row.fields().map(|(_, value)| value));
     }
     text
-}
-
-fn line<const N: usize>(cells: [String; N]) -> String {
-    cells.map(|cell| quoted(&cell)).join(",") + "\n"
-}
-
-/// A cell; the name of a file may have anything in it.
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_owned()
-    }
 }
 
 fn share(part: u64, whole: u64) -> f64 {
