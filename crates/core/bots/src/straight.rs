@@ -155,7 +155,8 @@ fn within(value: f64, end: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use maniple_view::{
-        Appeared, Base, Layer, Making, Own, Positions, Shape, Status, Stops, UnitType, UnitTypeId,
+        Appeared, Base, Layer, Making, Own, Positions, Shape, Status, Stops, TerrainKnowledge, UnitType,
+        UnitTypeId,
     };
 
     use super::*;
@@ -178,7 +179,7 @@ mod tests {
         let mut bot = Straight::new(3);
         bot.on_start(Seat(0), &rules(), &Terrain { width: 20, height: 10, ..Terrain::default() });
         let base =
-            Base { point: DVec2::ZERO, cycle: View::new().cycle(), fraction: 0.0, velocity: DVec2::ZERO };
+            Base { point: DVec2::ZERO, cycle: View::default().cycle(), fraction: 0.0, velocity: DVec2::ZERO };
         let at = |object: u32, x: f64, velocity: DVec2| Appeared {
             object: Handle(object),
             unit_type: UnitTypeId(0),
@@ -187,13 +188,13 @@ mod tests {
             status: Status::default(),
             own: Some(Own::default()),
         };
-        let mut view = View::new();
+        let mut view = View::default();
         let mut delta = Delta {
             appeared: vec![at(0, 1.0, DVec2::ZERO), at(1, 17.0, DVec2::ZERO), at(2, 2.0, DVec2::X)],
             ..Delta::default()
         };
         delta.check = {
-            let mut copy = View::new();
+            let mut copy = View::default();
             let _ = copy.apply(&delta);
             copy.check()
         };
@@ -246,6 +247,8 @@ mod tests {
             objects_max: 100,
             training_max: 5,
             fog: false,
+            terrain: TerrainKnowledge::Known,
+            walls_block: false,
             positions: Positions::Exact,
         }
     }

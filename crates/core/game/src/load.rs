@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use maniple_geometry::Cycle;
 use maniple_tilemap::{MapError, Resolver, TileMap};
-use maniple_view::Terrain;
+use maniple_view::{Terrain, TerrainKnowledge};
 use thiserror::Error;
 
 use crate::placement::{PlaceError, Setup};
@@ -21,7 +21,7 @@ pub struct Loaded {
     pub scenario: Arc<Scenario>,
     /// The map.
     pub map: Arc<TileMap>,
-    /// What clients are told of the map.
+    /// What clients are told of the map at the start.
     pub terrain: Arc<Terrain>,
     /// Where everything stands.
     pub setup: Setup,
@@ -138,7 +138,10 @@ pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) ->
         map: map_path,
         problem,
     })?;
-    let terrain = Arc::new(Terrain::of(&map));
+    let terrain = Arc::new(match scenario.vision.map(|vision| vision.terrain) {
+        None | Some(TerrainKnowledge::Known) => Terrain::of(&map),
+        Some(TerrainKnowledge::Explored) => Terrain::unknown(map.width(), map.height()),
+    });
     let files = Files(recorder.read.into_inner());
     Ok(Loaded { scenario: Arc::new(scenario), map: Arc::new(map), terrain, setup, files })
 }

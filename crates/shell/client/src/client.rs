@@ -1,5 +1,7 @@
 //! One connection to a match, and the view that it keeps.
 
+use std::sync::Arc;
+
 use maniple_protocol::{
     ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, Hello, PROTOCOL, ServerMessage, Welcome,
     decode_server, encode_client, encode_commands,
@@ -81,7 +83,8 @@ impl Client {
             ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
             ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
         };
-        Ok(Self { stream, frames, buffer, welcome, view: View::new(), next_seq: 0 })
+        let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
+        Ok(Self { stream, frames, buffer, welcome, view, next_seq: 0 })
     }
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
@@ -167,10 +170,10 @@ impl Client {
         &self.welcome.rules
     }
 
-    /// Returns the terrain.
+    /// Returns the terrain as far as the player knows it.
     #[must_use]
     pub fn terrain(&self) -> &Terrain {
-        &self.welcome.terrain
+        self.view.terrain()
     }
 
     /// Returns the seat.

@@ -25,7 +25,11 @@ pub(crate) fn build(
         return Err(Refusal::UnknownAction);
     }
     let kind = state.unit_type(unit_type);
-    if !is_on_open_ground(state, &kind.shape, center, kind.layer, SITE_GAP) {
+    let owner = state.units.at(object).owner.ok_or(Refusal::UnknownHandle)?;
+    let half = kind.shape.half() + kind.shape.rounding() + SITE_GAP;
+    // Who has not seen the place must not learn from the answer what is there.
+    let is_known = state.sight.knows(owner, center - half, center + half);
+    if is_known && !is_on_open_ground(state, &kind.shape, center, kind.layer, SITE_GAP) {
         return Err(Refusal::BadPlace);
     }
     state.set_job(object, Job::Build { unit_type, center, site: None });

@@ -14,9 +14,8 @@ use super::{
     COUNT_MAX, Clock, Combat, GROUPS_MAX, Group, HarvestRule, LENGTH_SECONDS_MAX, NAME_BYTES_MAX, Neutral,
     Objective, Overrides, PAUSE_SECONDS_DEFAULT, Problem, RATE_DEFAULT, RATE_MAX, RATE_MIN,
     SCENARIO_BYTES_MAX, SEATS_MAX, SECONDS_MAX, Scenario, ScenarioError, SeatStart, TEAM_MAX,
-    TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN, TerrainKnowledge,
-    UNIT_FILES_MAX, UNIT_TYPES_MAX, UNITS_MAX, Vision, WANDER_DEFAULT, WANDER_MAX, WANDER_MIN,
-    ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
+    TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN, UNIT_FILES_MAX, UNIT_TYPES_MAX,
+    UNITS_MAX, Vision, WANDER_DEFAULT, WANDER_MAX, WANDER_MIN, ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
 };
 
 /// Longest path of a file, in bytes.
@@ -150,9 +149,10 @@ fn scenario(
         stops: file.kinematics.stops,
         profile: overrides.applied(profile(&file.kinematics, &file.view)?),
         clock: clock(&file.clock)?,
-        vision: file.vision.as_ref().map(|vision| match vision.terrain {
-            file::Terrain::Known => Vision { terrain: TerrainKnowledge::Known },
-        }),
+        vision: file
+            .vision
+            .as_ref()
+            .map(|vision| Vision { terrain: vision.terrain, walls_block: vision.walls_block }),
         combat: file.combat.as_ref().map(|combat| Combat { friendly_fire: combat.friendly_fire }),
         harvest: file
             .harvest
@@ -379,7 +379,8 @@ time_bank_seconds = 2.5
 stall = "forfeit"
 
 [vision]
-terrain = "known"
+terrain = "explored"
+walls_block = true
 
 [objective]
 kind = "race"
@@ -463,7 +464,9 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         check("length_seconds", "lenght_seconds", "duel.toml:5:1: unknown field `lenght_seconds`");
         check("length_seconds", "lenght_seconds", "did you mean `length_seconds`?");
         check("kind = \"race\"", "kind = \"rase\"", "did you mean `race`?");
-        check("terrain = \"known\"", "terrain = \"explored\"", "expected `known`");
+        check("terrain = \"explored\"", "terrain = \"explorred\"", "did you mean `explored`?");
+        check("walls_block = true", "wall_block = true", "did you mean `walls_block`?");
+        check("walls_block = true", "walls_block = 1", "duel.toml:26:15: invalid type: integer `1`");
         check(
             "unit = \"scout\"",
             "unit = \"scuot\"",

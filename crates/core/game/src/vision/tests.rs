@@ -1,0 +1,3 @@
+use maniple_view::Shape;
+
+use super::*;
