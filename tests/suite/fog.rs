@@ -1,10 +1,13 @@
 //! What a seat is told, and what not: sight, orders of others, and worlds that differ only where it cannot see.
 
+use std::sync::Arc;
+
 use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_protocol::{Encoding, ServerMessage, encode_server};
 use maniple_view::{
-    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, View, Waypoint,
+    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, TerrainKnowledge,
+    View, Waypoint,
 };
 
 use crate::matches::{Game, open, scouts, shipped, tiny};
@@ -36,17 +39,40 @@ fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
 
 #[test]
 fn worlds_that_differ_only_out_of_sight_are_told_byte_for_byte_alike() {
-    tell_alike("[vision]");
+    tell_alike("[vision]", [&plain(), &plain()]);
 }
 
 #[test]
 fn so_they_are_in_single_precision_and_with_positions_on_a_grid() {
-    tell_alike("[vision]\n[kinematics]\nscalar = 'f32'");
-    tell_alike("[vision]\n[view]\npositions = 'grid'\ngrid_bits = 6");
+    tell_alike("[vision]\n[kinematics]\nscalar = 'f32'", [&plain(), &plain()]);
+    tell_alike("[vision]\n[view]\npositions = 'grid'\ngrid_bits = 6", [&plain(), &plain()]);
 }
 
-fn tell_alike(tables: &str) {
-    let [mut quiet, mut busy] = [3, 4].map(|count| Story::new(tables, count));
+#[test]
+fn so_they_are_where_terrain_that_was_never_seen_differs() {
+    let other = rows(|x, y| y == 0 && (43..49).contains(&x) || y == 7 && (42..44).contains(&x));
+    tell_alike("[vision]\nterrain = 'explored'", [&plain(), &other]);
+    tell_alike(
+        "[vision]\nterrain = 'explored'\n[view]\npositions = 'grid'\ngrid_bits = 6",
+        [&plain(), &other],
+    );
+}
+
+#[test]
+fn so_they_are_where_it_differs_behind_a_wall() {
+    let wall = |x: usize, y: usize| y == 1 && (30..45).contains(&x);
+    let here = rows(wall);
+    let other = rows(|x, y| wall(x, y) || y == 0 && (32..34).contains(&x));
+    tell_alike("[vision]\nwalls_block = true", [&here, &here]);
+    tell_alike("[vision]\nwalls_block = true\nterrain = 'explored'", [&here, &other]);
+}
+
+/// Plays the story in a world where nothing else happens, and in one where much does that seat 0 cannot see, each with its map.
+fn tell_alike(tables: &str, maps: [&str; 2]) {
+    let [mut quiet, mut busy] =
+        [(3, maps[0]), (4, maps[1])].map(|(count, rows)| Story::new(tables, count, rows));
+    assert_eq!(quiet.game.referee.rules(), busy.game.referee.rules());
+    assert_eq!(quiet.game.referee.terrain(), busy.game.referee.terrain());
     let (mut appeared, mut vanished, mut died) = (0, 0, 0);
     for cycle in 0..130 {
         quiet.play(&told_story(cycle));
@@ -54,7 +80,8 @@ fn tell_alike(tables: &str) {
         let delta = &quiet.game.players[0].delta;
         for encoding in [Encoding::Json, Encoding::Binary] {
             let [a, b] = [&quiet, &busy].map(|story| {
-                encode_server(encoding, &ServerMessage::Delta(story.game.players[0].delta.clone())).unwrap()
+                let deltas = [story.game.players[0].delta.clone(), story.game.referee.keyframe(Seat(0))];
+                deltas.map(|delta| encode_server(encoding, &ServerMessage::Delta(delta)).unwrap())
             });
             assert!(a == b, "cycle {cycle}: {delta:?} {:?}", busy.game.players[0].delta);
         }
@@ -71,6 +98,51 @@ fn tell_alike(tables: &str) {
         (3, 2, 1),
         "twice the one, who left twice, and once the other, who died"
     );
+    let is_explored = quiet.game.referee.rules().terrain == TerrainKnowledge::Explored;
+    let shroud = quiet.game.players[0].view.terrain().tiles.concat().matches('?').count();
+    assert_eq!(is_explored, (150..400).contains(&shroud), "{shroud} tiles were never seen");
+}
+
+#[test]
+fn whoever_connects_again_gets_all_that_was_seen() {
+    let wall = rows(|x, y| (x == 20 || x == 40) && y != 5 || x % 7 == 3 && y == 2);
+    for (tables, rows) in [
+        ("[vision]", &wall),
+        ("[vision]\nwalls_block = true", &wall),
+        ("[vision]\nterrain = 'explored'", &wall),
+        (
+            "[vision]\nterrain = 'explored'\nwalls_block = true\n[view]\npositions = 'grid'\ngrid_bits = 4",
+            &wall,
+        ),
+    ] {
+        let mut game = Game::new(scouts(tables, rows, &[6, 6]), &["random", "straight"]);
+        let (mut foggy, mut walls) = (0, 0);
+        while game.step() {
+            for (seat, player) in (0..).map(Seat).zip(&game.players) {
+                let mut fresh = View::new(&game.referee.rules(), Arc::clone(game.referee.terrain()));
+                fresh.apply(&game.referee.keyframe(seat)).unwrap();
+                assert_eq!(fresh, player.view, "{tables}");
+                walls += player.delta.walls.len();
+            }
+            foggy += game.players[0].delta.sight.len();
+        }
+        let view = &game.players[0].view;
+        let every = (0..8).flat_map(|y| (0..60).map(move |x| (x, y)));
+        let visible = every.clone().filter(|&(x, y)| view.is_visible(x, y)).count();
+        let known = every.clone().filter(|&(x, y)| view.terrain().tile(x, y).is_some()).count();
+        for (x, y) in every {
+            assert!(
+                !view.is_visible(x, y) || view.terrain().tile(x, y).is_some(),
+                "{tables}: what is visible is known"
+            );
+        }
+        let is_explored = tables.contains("explored");
+        assert!(
+            0 < visible && visible < known && (known < 480) == is_explored,
+            "{tables}: {visible} {known}"
+        );
+        assert!(foggy > 100 && (walls > 20) == is_explored, "{tables}: {foggy} {walls}");
+    }
 }
 
 #[test]
@@ -207,10 +279,9 @@ const VISITOR: (f64, f64) = (41.5, 6.9375);
 const FOREIGN: std::ops::Range<u32> = 2..12;
 
 impl Story {
-    /// Returns the match at its start, with the tables of its scenario; seat 2 has so many units.
-    fn new(tables: &str, count: usize) -> Self {
-        let plain = format!("{}\n", ".".repeat(60)).repeat(8);
-        let game = Game::new(scouts(tables, &plain, &[2, 5, count]), &["idle"; 3]);
+    /// Returns the match at its start, with the tables of its scenario and the rows of its map; seat 2 has so many units.
+    fn new(tables: &str, count: usize, rows: &str) -> Self {
+        let game = Game::new(scouts(tables, rows, &[2, 5, count]), &["idle"; 3]);
         let start = |(handle, seen): (Handle, &Seen)| (handle, seen.base.point.into());
         let units = game.players.iter().map(|player| player.view.objects().map(start).collect()).collect();
         Self { game, units }
@@ -248,17 +319,21 @@ impl Story {
     /// Returns what else is done where seat 0 cannot see it, or so that it cannot.
     fn hidden_story(&self, cycle: u32) -> Vec<Line> {
         let mut lines = Vec::new();
+        let hides = self.game.referee.rules().walls_block;
         let mut roam = |seat: Seat, but: (f64, f64), (x, y): (f64, f64), (width, height): (u32, u32)| {
             for (index, &(_, start)) in
                 (0..).zip(&self.units[seat.index()]).filter(|(_, (_, start))| *start != but)
             {
                 let [across, down] =
                     [(width, 3), (height, 7)].map(|(size, by)| f64::from((cycle * by + index) % size));
-                lines.push((seat, start, vec![(x + across, y + down)]));
+                // To the row behind the wall only from the side.
+                let first = if x < 50.0 && seat == Seat(1) { vec![(50.5, 0.5)] } else { Vec::new() };
+                lines.push((seat, start, [first, vec![(x + across, y + down)]].concat()));
             }
         };
         if cycle % 4 == 2 && (30..).contains(&cycle) {
-            roam(Seat(1), HERALD, (50.5, 0.5), (9, 7));
+            let area = if hides { ((35.5, 0.5), (9, 1)) } else { ((50.5, 0.5), (9, 7)) };
+            roam(Seat(1), HERALD, area.0, area.1);
         }
         if cycle % 4 == 2 && (10..100).contains(&cycle) {
             roam(Seat(2), VISITOR, (44.5, 6.5), (5, 2));
@@ -272,6 +347,16 @@ impl Story {
         }
         lines
     }
+}
+
+/// Returns the rows of a map of 60 x 8 tiles with these blocked.
+fn rows(is_blocked: impl Fn(usize, usize) -> bool) -> String {
+    let tile = |x, y| if is_blocked(x, y) { '@' } else { '.' };
+    (0..8).map(|y| (0..60).map(|x| tile(x, y)).chain(['\n']).collect::<String>()).collect()
+}
+
+fn plain() -> String {
+    rows(|_, _| false)
 }
 
 /// Returns what is done in a cycle in each of the worlds.

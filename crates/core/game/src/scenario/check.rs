@@ -350,7 +350,7 @@ pub(super) fn check_name(name: &str, field: &'static str, max: usize, span: Rang
 #[cfg(test)]
 mod tests {
     use maniple_geometry::Cycle;
-    use maniple_view::{Positions, Profile, Scalar, Solver, Stops, UnitTypeId};
+    use maniple_view::{Positions, Profile, Scalar, Solver, Stops, TerrainKnowledge, UnitTypeId};
 
     use super::*;
     use crate::scenario::{SIGHT_DEFAULT, Stall};
@@ -421,7 +421,7 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         };
         assert_eq!(scenario.profile, profile);
         assert_eq!(scenario.clock, Clock { time_bank: Duration::from_millis(2500), stall: Stall::Forfeit });
-        assert_eq!(scenario.vision, Some(Vision { terrain: TerrainKnowledge::Known }));
+        assert_eq!(scenario.vision, Some(Vision { terrain: TerrainKnowledge::Explored, walls_block: true }));
         assert_eq!(scenario.objective, Objective::Race { zone_size: 6.0 });
         let names: Vec<&str> = scenario.unit_types.iter().map(|unit| unit.name.as_str()).collect();
         assert_eq!(names, ["rock", "scout"]);
@@ -440,7 +440,7 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
             .replace("solver = \"stepped\"\nsubsteps = 4\ncertify = false\nskin = 0.01\n", "")
             .replace("[view]\npositions = \"grid\"\ngrid_bits = 10\n", "")
             .replace("[clock]\ntime_bank_seconds = 2.5\nstall = \"forfeit\"\n", "")
-            .replace("[vision]\nterrain = \"known\"\n", "")
+            .replace("[vision]\nterrain = \"explored\"\nwalls_block = true\n", "")
             .replace("zone_size = 6\n", "");
         let scenario = Scenario::read("duel.toml", &text).unwrap();
         assert_eq!(scenario.rate, RATE_DEFAULT);
@@ -472,8 +472,8 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
             "unit = \"scuot\"",
             "no unit type is called \"scuot\"; did you mean `scout`?",
         );
-        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:42:20: ");
-        check("radius = 0.25", "radius = -0.25", "duel.toml:32:10: radius is -0.25; it must be positive");
+        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:43:20: ");
+        check("radius = 0.25", "radius = -0.25", "duel.toml:33:10: radius is -0.25; it must be positive");
         check("radius = 0.25", "radius = nan", "radius is not a number");
         check("speed = 2.0", "speed = -1", "speed is -1; it must not be negative");
         check("sight = 5.0", "sight = 0", "sight is 0; it must be from");
