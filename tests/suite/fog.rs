@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::DVec2;
+use maniple_game::{Files, Loaded, LoadedFile, Overrides, load};
 use maniple_geometry::Cycle;
 use maniple_protocol::{Encoding, ServerMessage, encode_server};
 use maniple_view::{
@@ -142,6 +143,37 @@ fn whoever_connects_again_gets_all_that_was_seen() {
             "{tables}: {visible} {known}"
         );
         assert!(foggy > 100 && (walls > 20) == is_explored, "{tables}: {foggy} {walls}");
+    }
+}
+
+#[test]
+fn the_answer_to_an_order_to_build_says_nothing_of_ground_that_was_never_seen() {
+    for (terrain, answers_differ) in [("known", true), ("explored", false)] {
+        let other = rows(|x, y| (x < 5 || x >= 55) && y > 0);
+        let answers = [plain(), other].map(|rows| {
+            let mut game = Game::new(builder(terrain, &rows), &["idle"]);
+            let (object, from) = game.players[0]
+                .view
+                .objects()
+                .map(|(handle, seen)| (handle, seen.base.point))
+                .next()
+                .unwrap();
+            let far = if from.x < 30.0 { 57.5 } else { 2.5 };
+            let build = |x, y| Command::Build { object, unit_type: UnitTypeId(0), x, y };
+            let list = (0..).zip([build(far, 4.0), build(from.x, 0.5)]);
+            let list = list.map(|(seq, command)| Sequenced { seq, command }).collect();
+            game.referee.handle_commands(Seat(0), Cycle(0), list).unwrap();
+            game.step();
+            let results = &game.players[0].delta.results;
+            let refused = Outcome::Refused { reason: Refusal::BadPlace };
+            assert_eq!(
+                results[1].outcome, refused,
+                "{terrain}: beyond the edge of the map, where all is known"
+            );
+            results[0].outcome.clone()
+        });
+        assert!(matches!(answers[0], Outcome::Applied { .. }), "{terrain}: {answers:?}");
+        assert_eq!(answers[0] != answers[1], answers_differ, "{terrain}");
     }
 }
 
@@ -353,6 +385,20 @@ impl Story {
 fn rows(is_blocked: impl Fn(usize, usize) -> bool) -> String {
     let tile = |x, y| if is_blocked(x, y) { '@' } else { '.' };
     (0..8).map(|y| (0..60).map(|x| tile(x, y)).chain(['\n']).collect::<String>()).collect()
+}
+
+/// Returns a match of one seat with one unit that can build.
+fn builder(terrain: &str, rows: &str) -> Loaded {
+    let scenario = format!(
+        "name = 'tiny'\nmap = 'tiny.map'\nlength_seconds = 20\n[vision]\nterrain = '{terrain}'\n[production]\n\
+         [objective]\nkind = 'resources'\n[unit.house]\nwidth = 2\nheight = 2\nspeed = 0\n\
+         [unit.worker]\nradius = 0.25\nspeed = 4\nsight = 5\nbuilds = ['house']\n\
+         [[seat]]\ngroups = [{{ unit = 'worker', count = 1 }}]\n"
+    );
+    let map = format!("type octile\nheight 8\nwidth 60\nmap\n{rows}");
+    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
+    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
+    load(&files, "tiny.toml", &Overrides::default()).unwrap()
 }
 
 fn plain() -> String {

@@ -58,8 +58,13 @@ impl Sight {
     pub(crate) fn knows(&self, seat: Seat, low: DVec2, high: DVec2) -> bool {
         let Self::Fog(fog) = self else { return true };
         let Some(knowledge) = &fog.team(seat).knowledge else { return true };
-        let ((left, top), (right, bottom)) = (fog.map.tile_at(low), fog.map.tile_at(high));
-        (top..=bottom).all(|y| (left..=right).all(|x| knowledge.is_known(x, y)))
+        fog.tiles(low, high).all(|(x, y)| knowledge.is_known(x, y))
+    }
+
+    /// Returns whether all tiles under a rectangle are visible to a seat, as far as they are on the map.
+    pub(crate) fn overlooks(&self, seat: Seat, low: DVec2, high: DVec2) -> bool {
+        let Self::Fog(fog) = self else { return true };
+        fog.tiles(low, high).all(|(x, y)| fog.team(seat).visible.contains(x, y))
     }
 
     /// Returns the tiles that are visible to a seat; `None`: all, there is no fog.
@@ -144,6 +149,12 @@ impl Fog {
     /// Returns the objects that a seat sees, in ascending order.
     pub(crate) fn objects(&self, seat: Seat) -> &[ObjectId] {
         &self.team(seat).now
+    }
+
+    /// Returns the tiles under a rectangle.
+    fn tiles(&self, low: DVec2, high: DVec2) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let ((left, top), (right, bottom)) = (self.map.tile_at(low), self.map.tile_at(high));
+        (top..=bottom).flat_map(move |y| (left..=right).map(move |x| (x, y)))
     }
 
     fn team(&self, seat: Seat) -> &Team {

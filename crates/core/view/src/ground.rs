@@ -158,3 +158,91 @@ fn hash_wall(&(x1, y1, x2, y2): &(f64, f64, f64, f64)) -> u64 {
     }
     fnv.hash()
 }
+
+#[cfg(test)]
+mod tests {
+    use maniple_geometry::Cycle;
+
+    use super::*;
+    use crate::view::View;
+
+    #[test]
+    fn the_hashes_are_those_of_the_description_of_the_protocol() {
+        assert_eq!(hash_tile(5, VISIBLE), 0xa551_ca04_b29e_affe);
+        assert_eq!(hash_tile(5, b'.'), 0xa551_ce04_b29e_b6ca);
+        let wall = (2.0, 1.0, 1.0, 2.0);
+        assert_eq!(hash_wall(&wall), 0x9e0a_c711_b490_6885);
+        let ground = ground(TerrainKnowledge::Explored, Some(TileSet::new(4, 2)));
+        let mut view = View::with_ground(ground);
+        let delta = Delta {
+            cycle: Cycle(3),
+            sight: vec![(5, 1)],
+            revealed: vec![(1, 1, ".".to_owned())],
+            walls: vec![wall],
+            ..Delta::default()
+        };
+        view.apply_unchecked(&delta).unwrap();
+        assert_eq!(view.check().0, 0x1810_33ea_eaf9_5da0);
+        assert!(view.is_visible(1, 1) && !view.is_visible(0, 1) && !view.is_visible(4, 0));
+        assert_eq!((view.terrain().tile(1, 1), view.terrain().tile(0, 1)), (Some('.'), None));
+        let mut keyframe = Delta { cycle: Cycle(3), check: view.check(), ..Delta::default() };
+        view.write_ground(&mut keyframe);
+        assert_eq!(keyframe, Delta { check: view.check(), ..delta });
+    }
+
+    #[test]
+    fn fog_goes_and_comes_and_shroud_only_goes() {
+        let mut ground = ground(TerrainKnowledge::Explored, Some(TileSet::new(4, 2)));
+        let seen = Delta { sight: vec![(2, 3)], revealed: vec![(2, 0, "@.".to_owned())], ..Delta::default() };
+        ground.apply(&seen).unwrap();
+        assert_eq!(ground.terrain().tiles, ["??@.", "????"]);
+        let hash = ground.sum();
+        let unseen = Delta { sight: vec![(2, 1), (1, 1)], ..Delta::default() };
+        ground.apply(&unseen).unwrap();
+        let visible: Vec<bool> = (0..4).map(|x| ground.is_visible(x, 0)).collect();
+        assert_eq!((visible, ground.is_visible(0, 1)), (vec![false, false, false, true], false));
+        assert_eq!(ground.terrain().tiles, ["??@.", "????"]);
+        ground.apply(&unseen).unwrap();
+        assert_eq!(ground.sum(), hash);
+    }
+
+    #[test]
+    fn what_does_not_fit_the_map_is_an_error() {
+        let fog = || Some(TileSet::new(4, 2));
+        let check = |knowledge, visible, sight: &[(u32, u32)], revealed: &[(u32, u32, &str)]| {
+            let revealed = revealed.iter().map(|&(x, y, tiles)| (x, y, tiles.to_owned())).collect();
+            let delta = Delta { cycle: Cycle(9), sight: sight.to_vec(), revealed, ..Delta::default() };
+            ground(knowledge, visible).apply(&delta)
+        };
+        let (known, explored) = (TerrainKnowledge::Known, TerrainKnowledge::Explored);
+        assert_eq!(check(explored, fog(), &[(0, 8)], &[(0, 0, "...."), (3, 1, "1")]), Ok(()));
+        for sight in [&[(0, 9)][..], &[(8, 1)], &[(1, u32::MAX)], &[(4, 4), (u32::MAX, 1)]] {
+            assert_eq!(check(explored, fog(), sight, &[]), Err(MismatchError::Sight { cycle: Cycle(9) }));
+        }
+        assert!(check(known, None, &[(0, 1)], &[]).is_err(), "there is no fog");
+        for (x, y, tiles) in [
+            (4, 0, "."),
+            (0, 2, "."),
+            (2, 0, "..."),
+            (0, 0, ""),
+            (0, 0, "?"),
+            (0, 0, "漢"),
+            (u32::MAX, 0, ".."),
+        ] {
+            let expected = Err(MismatchError::Revealed { cycle: Cycle(9), x, y });
+            assert_eq!(check(explored, fog(), &[], &[(x, y, tiles)]), expected, "{tiles}");
+        }
+        assert!(check(explored, fog(), &[], &[(0, 0, ".."), (1, 0, ".")]).is_err(), "known already");
+        assert!(check(known, fog(), &[], &[(0, 0, ".")]).is_err(), "known from the start");
+    }
+
+    fn ground(knowledge: TerrainKnowledge, visible: Option<TileSet>) -> Ground {
+        let terrain = match knowledge {
+            TerrainKnowledge::Known => {
+                Terrain { tiles: vec!["....".to_owned(); 2], ..Terrain::unknown(4, 2) }
+            }
+            TerrainKnowledge::Explored => Terrain::unknown(4, 2),
+        };
+        Ground { terrain: Arc::new(terrain), knowledge, visible, sum: 0 }
+    }
+}

@@ -101,6 +101,11 @@ impl View {
         Self { ground: Ground::new(rules, terrain), ..Self::default() }
     }
 
+    #[cfg(test)]
+    pub(crate) fn with_ground(ground: Ground) -> Self {
+        Self { ground, ..Self::default() }
+    }
+
     /// Changes the view by a delta and compares the hash.
     ///
     /// # Errors

@@ -218,9 +218,12 @@ fn place_beside(state: &State, building: ObjectId, unit_type: UnitTypeId) -> Opt
     let spacing = 2.0 * radius + START_GAP;
     let reach = house.shape.radius() + house.sight;
     let room = Room { gap: START_GAP, but: None };
+    let half = kind.shape.half() + kind.shape.rounding() + START_GAP;
+    let owner = state.units.at(building).owner?;
     Rings::new(reach / spacing)
         .map(|(x, y)| home + DVec2::new(f64::from(x), f64::from(y)) * spacing)
         .filter(|&point| hull_distance(point - home, &kind.shape, &house.shape) + 2.0 * radius <= house.sight)
+        .filter(|&point| state.sight.overlooks(owner, point - half, point + half))
         .find(|&point| has_room(state, &kind.shape, point, kind.layer, room))
 }
 
