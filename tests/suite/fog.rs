@@ -8,7 +8,7 @@ use maniple_geometry::Cycle;
 use maniple_protocol::{Encoding, ServerMessage, encode_server};
 use maniple_view::{
     Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, TerrainKnowledge,
-    View, Waypoint,
+    UnitTypeId, View, Waypoint,
 };
 
 use crate::matches::{Game, open, scouts, shipped, tiny};
