@@ -64,9 +64,9 @@ fn so_they_are_where_terrain_that_was_never_seen_differs() {
 
 #[test]
 fn so_they_are_where_it_differs_behind_a_wall() {
-    let wall = |x: usize, y: usize| y == 1 && (30..45).contains(&x);
+    let wall = |x: usize, y: usize| y == 6 && (30..41).contains(&x);
     let here = rows(wall);
-    let other = rows(|x, y| wall(x, y) || y == 0 && (32..35).contains(&x));
+    let other = rows(|x, y| wall(x, y) || y == 7 && (32..35).contains(&x));
     tell_alike("[vision]\nwalls_block = true", [&here, &here]);
     tell_alike("[vision]\nwalls_block = true\nterrain = 'explored'", [&here, &other]);
 }
@@ -77,7 +77,7 @@ fn tell_alike(tables: &str, maps: [&str; 2]) {
         [(3, maps[0]), (4, maps[1])].map(|(count, rows)| Story::new(tables, count, rows));
     assert_eq!(quiet.game.referee.rules(), busy.game.referee.rules());
     assert_eq!(quiet.game.referee.terrain(), busy.game.referee.terrain());
-    let (mut appeared, mut vanished, mut died) = (0, 0, 0);
+    let (mut appeared, mut vanished, mut died, mut behind) = (0, 0, 0, 0);
     for cycle in 0..130 {
         quiet.play(&told_story(cycle));
         busy.play(&[told_story(cycle), busy.hidden_story(cycle)].concat());
@@ -96,7 +96,13 @@ fn tell_alike(tables: &str, maps: [&str; 2]) {
         appeared += delta.appeared.len();
         vanished += delta.vanished.len();
         died += delta.died.len();
+        behind += busy.near_but_hidden();
     }
+    assert_eq!(
+        behind > 20,
+        quiet.game.referee.rules().walls_block,
+        "{behind} times somebody was behind a wall"
+    );
     assert_eq!(
         (appeared, vanished, died),
         (3, 2, 1),
@@ -354,6 +360,21 @@ impl Story {
         }
     }
 
+    /// Returns how many are in sight of seat 0 from hull to hull, but not in its view.
+    fn near_but_hidden(&self) -> usize {
+        let view = &self.game.players[0].view;
+        let foreign = [1, 2].map(|seat| (Seat(seat), &self.game.players[usize::from(seat)].view));
+        let near = foreign.map(|(seat, other)| {
+            let is_near = |handle| {
+                let mut own = view.objects_of(Seat(0));
+                own.any(|(eye, _)| is_in_sight(&self.game, (view, eye), (other, handle)))
+            };
+            other.objects_of(seat).filter(|&(handle, _)| is_near(handle)).count()
+        });
+        let seen = view.objects().count() - view.objects_of(Seat(0)).count();
+        near.iter().sum::<usize>() - seen
+    }
+
     /// Returns what else is done where seat 0 cannot see it, or so that it cannot.
     fn hidden_story(&self, cycle: u32) -> Vec<Line> {
         let mut lines = Vec::new();
@@ -365,15 +386,16 @@ impl Story {
                 let [across, down] =
                     [(width, 3), (height, 7)].map(|(size, by)| f64::from((cycle * by + index) % size));
                 // To the row behind the wall only from the side.
-                let first = if x < 50.0 && seat == Seat(1) { vec![(50.5, 0.5)] } else { Vec::new() };
+                let first = if x < 44.0 { vec![(43.5, 7.5)] } else { Vec::new() };
                 lines.push((seat, start, [first, vec![(x + across, y + down)]].concat()));
             }
         };
         if cycle % 4 == 2 && (30..).contains(&cycle) {
-            let area = if hides { ((35.5, 0.5), (9, 1)) } else { ((50.5, 0.5), (9, 7)) };
-            roam(Seat(1), HERALD, area.0, area.1);
+            roam(Seat(1), HERALD, (50.5, 0.5), (9, 7));
         }
-        if cycle % 4 == 2 && (10..100).contains(&cycle) {
+        if hides && cycle % 40 == 2 && cycle < 100 {
+            roam(Seat(2), VISITOR, (36.5, 7.5), (2, 1));
+        } else if !hides && cycle % 4 == 2 && (10..100).contains(&cycle) {
             roam(Seat(2), VISITOR, (44.5, 6.5), (5, 2));
         }
         let herald = |goals: &[(f64, f64)]| (Seat(1), HERALD, goals.to_vec());

@@ -30,7 +30,7 @@ pub struct Login {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// A cycle has passed: the delta has been applied to the view, and the views of both sides are the same.
-    Cycle(Delta),
+    Cycle(Box<Delta>),
     /// The answer to a ping.
     Pong {
         /// The ping's number.
@@ -190,7 +190,7 @@ impl Client {
 
     fn take_in(&mut self, delta: Delta) -> Result<Event, ClientError> {
         self.view.apply(&delta)?;
-        Ok(Event::Cycle(delta))
+        Ok(Event::Cycle(Box::new(delta)))
     }
 
     fn encode(&mut self, commands: Vec<Command>) -> Result<Vec<u8>, ClientError> {
