@@ -385,15 +385,14 @@ impl Story {
             {
                 let [across, down] =
                     [(width, 3), (height, 7)].map(|(size, by)| f64::from((cycle * by + index) % size));
-                // To the row behind the wall only from the side.
-                let first = if x < 44.0 { vec![(43.5, 7.5)] } else { Vec::new() };
-                lines.push((seat, start, [first, vec![(x + across, y + down)]].concat()));
+                lines.push((seat, start, vec![(x + across, y + down)]));
             }
         };
         if cycle % 4 == 2 && (30..).contains(&cycle) {
             roam(Seat(1), HERALD, (50.5, 0.5), (9, 7));
         }
         if hides && cycle % 40 == 2 && cycle < 100 {
+            // They start in the row behind the wall, and stay in it.
             roam(Seat(2), VISITOR, (36.5, 7.5), (2, 1));
         } else if !hides && cycle % 4 == 2 && (10..100).contains(&cycle) {
             roam(Seat(2), VISITOR, (44.5, 6.5), (5, 2));
