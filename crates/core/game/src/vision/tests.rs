@@ -115,7 +115,7 @@ fn a_team_sees_what_its_own_see_and_knows_what_it_has_seen() {
         let mut sight = Sight::Fog(Box::new(Fog::new(&vision, &map, &[5, 1, 5])));
         let mut objects: Vec<Visible> = (0..6).map(|number| random.object(&map, number)).collect();
         for object in &mut objects {
-            object.team = [Some(5), Some(1), None][random.below(3) as usize];
+            object.team = [Some(5), Some(1), None][random.index(3)];
         }
         let (mut known, mut walls) = (BTreeSet::new(), BTreeSet::new());
         for look in 0..12 {
@@ -125,7 +125,7 @@ fn a_team_sees_what_its_own_see_and_knows_what_it_has_seen() {
                 }
             }
             if random.below(4) == 0 && !objects.is_empty() {
-                objects.remove(random.below(objects.len() as u64) as usize);
+                objects.remove(random.index(objects.len()));
             }
             sight.look(&objects);
             let own = objects.iter().filter(|object| object.team == Some(5));
@@ -259,6 +259,10 @@ impl Random {
     fn below(&mut self, end: u64) -> u64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % end
+    }
+
+    fn index(&mut self, end: usize) -> usize {
+        usize::try_from(self.below(end as u64)).unwrap()
     }
 
     fn fraction(&mut self) -> f64 {
