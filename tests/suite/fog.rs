@@ -1,10 +1,14 @@
 //! What a seat is told, and what not: sight, orders of others, and worlds that differ only where it cannot see.
 
+use std::sync::Arc;
+
 use glam::DVec2;
+use maniple_game::{Files, Loaded, LoadedFile, Overrides, load};
 use maniple_geometry::Cycle;
 use maniple_protocol::{Encoding, ServerMessage, encode_server};
 use maniple_view::{
-    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, View, Waypoint,
+    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, TerrainKnowledge,
+    UnitTypeId, View, Waypoint,
 };
 
 use crate::matches::{Game, open, scouts, shipped, tiny};
@@ -36,25 +40,52 @@ fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
 
 #[test]
 fn worlds_that_differ_only_out_of_sight_are_told_byte_for_byte_alike() {
-    tell_alike("[vision]");
+    tell_alike("[vision]", [&plain(), &plain()]);
 }
 
 #[test]
 fn so_they_are_in_single_precision_and_with_positions_on_a_grid() {
-    tell_alike("[vision]\n[kinematics]\nscalar = 'f32'");
-    tell_alike("[vision]\n[view]\npositions = 'grid'\ngrid_bits = 6");
+    tell_alike("[vision]\n[kinematics]\nscalar = 'f32'", [&plain(), &plain()]);
+    tell_alike("[vision]\n[view]\npositions = 'grid'\ngrid_bits = 6", [&plain(), &plain()]);
 }
 
-fn tell_alike(tables: &str) {
-    let [mut quiet, mut busy] = [3, 4].map(|count| Story::new(tables, count));
-    let (mut appeared, mut vanished, mut died) = (0, 0, 0);
+#[test]
+fn so_they_are_where_terrain_that_was_never_seen_differs() {
+    // Two of them side by side with tiles that are seen: what lies between must not be told.
+    let beside = [(39, 0), (40, 1)];
+    let other =
+        rows(|x, y| beside.contains(&(x, y)) || y == 0 && x > 42 && x < 49 || y == 7 && (x == 47 || x == 48));
+    tell_alike("[vision]\nterrain = 'explored'", [&plain(), &other]);
+    tell_alike(
+        "[vision]\nterrain = 'explored'\n[view]\npositions = 'grid'\ngrid_bits = 6",
+        [&plain(), &other],
+    );
+}
+
+#[test]
+fn so_they_are_where_it_differs_behind_a_wall() {
+    let wall = |x: usize, y: usize| y == 6 && (30..41).contains(&x);
+    let here = rows(wall);
+    let other = rows(|x, y| wall(x, y) || y == 7 && (32..35).contains(&x));
+    tell_alike("[vision]\nwalls_block = true", [&here, &here]);
+    tell_alike("[vision]\nwalls_block = true\nterrain = 'explored'", [&here, &other]);
+}
+
+/// Plays the story in a world where nothing else happens, and in one where much does that seat 0 cannot see, each with its map.
+fn tell_alike(tables: &str, maps: [&str; 2]) {
+    let [mut quiet, mut busy] =
+        [(3, maps[0]), (4, maps[1])].map(|(count, rows)| Story::new(tables, count, rows));
+    assert_eq!(quiet.game.referee.rules(), busy.game.referee.rules());
+    assert_eq!(quiet.game.referee.terrain(), busy.game.referee.terrain());
+    let (mut appeared, mut vanished, mut died, mut behind) = (0, 0, 0, 0);
     for cycle in 0..130 {
         quiet.play(&told_story(cycle));
         busy.play(&[told_story(cycle), busy.hidden_story(cycle)].concat());
         let delta = &quiet.game.players[0].delta;
         for encoding in [Encoding::Json, Encoding::Binary] {
             let [a, b] = [&quiet, &busy].map(|story| {
-                encode_server(encoding, &ServerMessage::Delta(story.game.players[0].delta.clone())).unwrap()
+                let deltas = [story.game.players[0].delta.clone(), story.game.referee.keyframe(Seat(0))];
+                deltas.map(|delta| encode_server(encoding, &ServerMessage::Delta(delta)).unwrap())
             });
             assert!(a == b, "cycle {cycle}: {delta:?} {:?}", busy.game.players[0].delta);
         }
@@ -65,12 +96,94 @@ fn tell_alike(tables: &str) {
         appeared += delta.appeared.len();
         vanished += delta.vanished.len();
         died += delta.died.len();
+        behind += busy.near_but_hidden();
     }
+    assert_eq!(
+        behind > 20,
+        quiet.game.referee.rules().walls_block,
+        "{behind} times somebody was behind a wall"
+    );
     assert_eq!(
         (appeared, vanished, died),
         (3, 2, 1),
         "twice the one, who left twice, and once the other, who died"
     );
+    let is_explored = quiet.game.referee.rules().terrain == TerrainKnowledge::Explored;
+    let shroud = quiet.game.players[0].view.terrain().tiles.concat().matches('?').count();
+    assert_eq!(is_explored, (150..400).contains(&shroud), "{shroud} tiles were never seen");
+}
+
+#[test]
+fn whoever_connects_again_gets_all_that_was_seen() {
+    let wall = rows(|x, y| (x == 20 || x == 40) && y != 5 || x % 7 == 3 && y == 2);
+    for (tables, rows) in [
+        ("[vision]", &wall),
+        ("[vision]\nwalls_block = true", &wall),
+        ("[vision]\nterrain = 'explored'", &wall),
+        (
+            "[vision]\nterrain = 'explored'\nwalls_block = true\n[view]\npositions = 'grid'\ngrid_bits = 4",
+            &wall,
+        ),
+    ] {
+        let mut game = Game::new(scouts(tables, rows, &[6, 6]), &["random", "straight"]);
+        let (mut foggy, mut walls) = (0, 0);
+        while game.step() {
+            for (seat, player) in (0..).map(Seat).zip(&game.players) {
+                let mut fresh = View::new(&game.referee.rules(), Arc::clone(game.referee.terrain()));
+                fresh.apply(&game.referee.keyframe(seat)).unwrap();
+                assert_eq!(fresh, player.view, "{tables}");
+                walls += player.delta.walls.len();
+            }
+            foggy += game.players[0].delta.sight.len();
+        }
+        let view = &game.players[0].view;
+        let every = (0..8).flat_map(|y| (0..60).map(move |x| (x, y)));
+        let visible = every.clone().filter(|&(x, y)| view.is_visible(x, y)).count();
+        let known = every.clone().filter(|&(x, y)| view.terrain().tile(x, y).is_some()).count();
+        for (x, y) in every {
+            assert!(
+                !view.is_visible(x, y) || view.terrain().tile(x, y).is_some(),
+                "{tables}: what is visible is known"
+            );
+        }
+        let is_explored = tables.contains("explored");
+        assert!(
+            0 < visible && visible < known && (known < 480) == is_explored,
+            "{tables}: {visible} {known}"
+        );
+        assert!(foggy > 100 && (walls > 20) == is_explored, "{tables}: {foggy} {walls}");
+    }
+}
+
+#[test]
+fn the_answer_to_an_order_to_build_says_nothing_of_ground_that_was_never_seen() {
+    for (terrain, answers_differ) in [("known", true), ("explored", false)] {
+        let other = rows(|x, y| !(5..55).contains(&x) && y > 0);
+        let answers = [plain(), other].map(|rows| {
+            let mut game = Game::new(builder(terrain, &rows), &["idle"]);
+            let (object, from) = game.players[0]
+                .view
+                .objects()
+                .map(|(handle, seen)| (handle, seen.base.point))
+                .next()
+                .unwrap();
+            let far = if from.x < 30.0 { 57.5 } else { 2.5 };
+            let build = |x, y| Command::Build { object, unit_type: UnitTypeId(0), x, y };
+            let list = (0..).zip([build(far, 4.0), build(from.x, 0.5)]);
+            let list = list.map(|(seq, command)| Sequenced { seq, command }).collect();
+            game.referee.handle_commands(Seat(0), Cycle(0), list).unwrap();
+            game.step();
+            let results = &game.players[0].delta.results;
+            let refused = Outcome::Refused { reason: Refusal::BadPlace };
+            assert_eq!(
+                results[1].outcome, refused,
+                "{terrain}: beyond the edge of the map, where all is known"
+            );
+            results[0].outcome.clone()
+        });
+        assert!(matches!(answers[0], Outcome::Applied { .. }), "{terrain}: {answers:?}");
+        assert_eq!(answers[0] != answers[1], answers_differ, "{terrain}");
+    }
 }
 
 #[test]
@@ -207,10 +320,12 @@ const VISITOR: (f64, f64) = (41.5, 6.9375);
 const FOREIGN: std::ops::Range<u32> = 2..12;
 
 impl Story {
-    /// Returns the match at its start, with the tables of its scenario; seat 2 has so many units.
-    fn new(tables: &str, count: usize) -> Self {
-        let plain = format!("{}\n", ".".repeat(60)).repeat(8);
-        let game = Game::new(scouts(tables, &plain, &[2, 5, count]), &["idle"; 3]);
+    /// Returns the match at its start, with the tables of its scenario and the rows of its map; seat 2 has so many units.
+    fn new(tables: &str, count: usize, rows: &str) -> Self {
+        let [mut loaded, open] = [rows, &plain()].map(|rows| scouts(tables, rows, &[2, 5, count]));
+        // Where all start and whose zones are where would follow from the whole map.
+        loaded.setup = open.setup;
+        let game = Game::new(loaded, &["idle"; 3]);
         let start = |(handle, seen): (Handle, &Seen)| (handle, seen.base.point.into());
         let units = game.players.iter().map(|player| player.view.objects().map(start).collect()).collect();
         Self { game, units }
@@ -245,9 +360,25 @@ impl Story {
         }
     }
 
+    /// Returns how many are in sight of seat 0 from hull to hull, but not in its view.
+    fn near_but_hidden(&self) -> usize {
+        let view = &self.game.players[0].view;
+        let foreign = [1, 2].map(|seat| (Seat(seat), &self.game.players[usize::from(seat)].view));
+        let near = foreign.map(|(seat, other)| {
+            let is_near = |handle| {
+                let mut own = view.objects_of(Seat(0));
+                own.any(|(eye, _)| is_in_sight(&self.game, (view, eye), (other, handle)))
+            };
+            other.objects_of(seat).filter(|&(handle, _)| is_near(handle)).count()
+        });
+        let seen = view.objects().count() - view.objects_of(Seat(0)).count();
+        near.iter().sum::<usize>() - seen
+    }
+
     /// Returns what else is done where seat 0 cannot see it, or so that it cannot.
     fn hidden_story(&self, cycle: u32) -> Vec<Line> {
         let mut lines = Vec::new();
+        let hides = self.game.referee.rules().walls_block;
         let mut roam = |seat: Seat, but: (f64, f64), (x, y): (f64, f64), (width, height): (u32, u32)| {
             for (index, &(_, start)) in
                 (0..).zip(&self.units[seat.index()]).filter(|(_, (_, start))| *start != but)
@@ -260,7 +391,10 @@ impl Story {
         if cycle % 4 == 2 && (30..).contains(&cycle) {
             roam(Seat(1), HERALD, (50.5, 0.5), (9, 7));
         }
-        if cycle % 4 == 2 && (10..100).contains(&cycle) {
+        if hides && cycle % 40 == 2 && cycle < 100 {
+            // They start in the row behind the wall, and stay in it.
+            roam(Seat(2), VISITOR, (36.5, 7.5), (2, 1));
+        } else if !hides && cycle % 4 == 2 && (10..100).contains(&cycle) {
             roam(Seat(2), VISITOR, (44.5, 6.5), (5, 2));
         }
         let herald = |goals: &[(f64, f64)]| (Seat(1), HERALD, goals.to_vec());
@@ -272,6 +406,30 @@ impl Story {
         }
         lines
     }
+}
+
+/// Returns the rows of a map of 60 x 8 tiles with these blocked.
+fn rows(is_blocked: impl Fn(usize, usize) -> bool) -> String {
+    let tile = |x, y| if is_blocked(x, y) { '@' } else { '.' };
+    (0..8).map(|y| (0..60).map(|x| tile(x, y)).chain(['\n']).collect::<String>()).collect()
+}
+
+/// Returns a match of one seat with one unit that can build.
+fn builder(terrain: &str, rows: &str) -> Loaded {
+    let scenario = format!(
+        "name = 'tiny'\nmap = 'tiny.map'\nlength_seconds = 20\n[vision]\nterrain = '{terrain}'\n[production]\n\
+         [objective]\nkind = 'resources'\n[unit.house]\nwidth = 2\nheight = 2\nspeed = 0\n\
+         [unit.worker]\nradius = 0.25\nspeed = 4\nsight = 5\nbuilds = ['house']\n\
+         [[seat]]\ngroups = [{{ unit = 'worker', count = 1 }}]\n"
+    );
+    let map = format!("type octile\nheight 8\nwidth 60\nmap\n{rows}");
+    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
+    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
+    load(&files, "tiny.toml", &Overrides::default()).unwrap()
+}
+
+fn plain() -> String {
+    rows(|_, _| false)
 }
 
 /// Returns what is done in a cycle in each of the worlds.

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a helper that fails is a test that fails")]
 
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use maniple_bots::{Bot, bot_seed, make};
@@ -284,7 +285,8 @@ impl Game {
             .map(|(seat, name)| {
                 let mut bot = make(name, bot_seed(seed, seat)).unwrap();
                 bot.on_start(seat, &referee.rules(), referee.terrain());
-                Player { bot, view: View::new(), delta: Delta::default() }
+                let view = View::new(&referee.rules(), Arc::clone(referee.terrain()));
+                Player { bot, view, delta: Delta::default() }
             })
             .collect();
         let mut game = Self { referee, players, records: Vec::new() };

@@ -449,10 +449,13 @@ async fn play_json(
     mut bot: Box<dyn Bot + Send>,
 ) -> (MatchResult, View) {
     lines.write_all(hello(&token).as_bytes()).await.unwrap();
-    let mut view = View::new();
+    let mut view = View::default();
     loop {
         match next_line(&mut lines).await.unwrap() {
-            ServerMessage::Welcome(welcome) => bot.on_start(welcome.seat, &welcome.rules, &welcome.terrain),
+            ServerMessage::Welcome(welcome) => {
+                bot.on_start(welcome.seat, &welcome.rules, &welcome.terrain);
+                view = View::new(&welcome.rules, Arc::new(welcome.terrain));
+            }
             ServerMessage::Delta(delta) => {
                 view.apply(&delta).unwrap();
                 let cycle = delta.cycle.0;

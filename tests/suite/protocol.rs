@@ -18,8 +18,8 @@ use maniple_view::{
     Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
     Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode,
     Moved, Objective, Outcome, Own, Positions, Profile, Refusal, Rules, Scalar, Score, Seat, Sequenced,
-    Shape, Shot, Solver, Splash, Status, StopReason, Stopped, Stops, Tally, Task, Terrain, UnitType,
-    UnitTypeId, View, WAYPOINTS_MAX, Weapon, Zone,
+    Shape, Shot, Solver, Splash, Status, StopReason, Stopped, Stops, Tally, Task, Terrain, TerrainKnowledge,
+    UnitType, UnitTypeId, View, WAYPOINTS_MAX, Weapon, Zone,
 };
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -119,7 +119,7 @@ fn the_bytes_of_the_document_are_the_ones_of_its_messages() {
 
 #[test]
 fn the_deltas_of_the_document_follow_each_other() {
-    let mut view = View::new();
+    let mut view = View::default();
     let mut count = 0;
     for line in fenced("json").lines() {
         if let Ok(ServerMessage::Delta(delta)) = decode_server(Encoding::Json, line.as_bytes()) {
@@ -247,12 +247,14 @@ fn welcome() -> Welcome {
             objects_max: 4096,
             training_max: 5,
             fog: true,
+            terrain: TerrainKnowledge::Explored,
+            walls_block: true,
             positions: Positions::Exact,
         },
         terrain: Terrain {
             width: 4,
             height: 2,
-            tiles: vec!["....".to_owned(), ".1@.".to_owned()],
+            tiles: vec!["...?".to_owned(), ".1@.".to_owned()],
             segments: vec![(2.0, 1.0, 1.0, 2.0), (3.0, 1.0, 2.0, 1.0)],
         },
     }
@@ -350,6 +352,9 @@ fn grid_delta() -> GridDelta {
         ],
         moved: vec![(Handle(3), spot(1 << 40, 63, 0, 0), Pace { x: 98_304, y: -1 })],
         stopped: vec![(Handle(5), spot(64, -64, 1, 256), Some(StopReason::Segment))],
+        sight: vec![(5, 2)],
+        revealed: vec![(5, 0, "..".to_owned())],
+        walls: vec![(5.0, 0.0, 6.0, 0.0)],
         check: Digest(0x0123_4567_89ab_cdef),
         ..GridDelta::default()
     }
@@ -401,7 +406,9 @@ fn delta() -> Delta {
     Delta {
         cycle: Cycle(300),
         results: (1..).zip(outcomes()).map(|(seq, outcome)| CommandResult { seq, outcome }).collect(),
-        revealed: vec![(0, 0, '.'), (255, 1, '@'), (4095, 4095, '4')],
+        sight: vec![(0, 1), (300, 70_000)],
+        revealed: vec![(0, 0, ".".to_owned()), (255, 1, "@.1234".to_owned())],
+        walls: vec![(1.0, 0.0, 0.0, 0.0), (0.5, 0.1, -0.0, 1.0 / 3.0)],
         appeared: vec![appeared(70_000, None, None), appeared(70_001, Some(Seat(1)), Some(own()))],
         moved: vec![Moved { object: Handle(3), base }],
         stopped: handles(10..17).zip(reasons).map(stopped).collect(),

@@ -1,6 +1,6 @@
 //! Randomness without a stream: a bot's number does not depend on how many were drawn before.
 
-use maniple_view::{Seat, View};
+use maniple_view::Seat;
 use twox_hash::XxHash3_64;
 
 /// What a random number is for.
@@ -27,12 +27,12 @@ pub fn bot_seed(seed: u64, seat: Seat) -> u64 {
     XxHash3_64::oneshot(&bytes)
 }
 
-/// Returns 64 random bits that depend on nothing but the bot's seed, the cycle of the view, the index and the
+/// Returns 64 random bits that depend on nothing but the bot's seed, the cycle, the index and the
 /// purpose.
-pub(crate) fn keyed(seed: u64, view: &View, index: u32, purpose: Purpose) -> u64 {
+pub(crate) fn keyed(seed: u64, cycle: u32, index: u32, purpose: Purpose) -> u64 {
     let mut bytes = [0; 17];
     bytes[..8].copy_from_slice(&seed.to_le_bytes());
-    bytes[8..12].copy_from_slice(&view.cycle().0.to_le_bytes());
+    bytes[8..12].copy_from_slice(&cycle.to_le_bytes());
     bytes[12..16].copy_from_slice(&index.to_le_bytes());
     bytes[16] = purpose as u8;
     XxHash3_64::oneshot(&bytes)

@@ -38,7 +38,7 @@ impl Bot for Random {
     }
 
     fn on_cycle(&mut self, view: &View, _delta: &Delta) -> Vec<Command> {
-        let random = |index, purpose| fraction(keyed(self.seed, view, index, purpose));
+        let random = |index, purpose| fraction(keyed(self.seed, view.cycle().0, index, purpose));
         view.objects_of(self.seat)
             .filter(|(_, seen)| !seen.base.is_moving() && self.can_move[usize::from(seen.unit_type.0)])
             .map(|(object, _)| Command::Move {

@@ -63,14 +63,15 @@ impl Straight {
             return self.detour(view, object, tries);
         }
         let slots = self.slots.len() as u64;
-        let slot = keyed(self.seed, view, object.0, Purpose::Slot) % slots;
+        let slot = keyed(self.seed, view.cycle().0, object.0, Purpose::Slot) % slots;
         self.slots[usize::try_from(slot).unwrap_or(0)]
     }
 
     fn detour(&self, view: &View, object: Handle, tries: u32) -> DVec2 {
         let here = view.position(object).unwrap_or(DVec2::ZERO);
         let reach = DETOUR_REACH * f64::from((tries / 2 + 1).min(DETOURS_MAX));
-        let offset = |purpose| reach * (2.0 * fraction(keyed(self.seed, view, object.0, purpose)) - 1.0);
+        let offset =
+            |purpose| reach * (2.0 * fraction(keyed(self.seed, view.cycle().0, object.0, purpose)) - 1.0);
         DVec2::new(
             within(here.x + offset(Purpose::DetourX), self.size.x),
             within(here.y + offset(Purpose::DetourY), self.size.y),
@@ -155,7 +156,8 @@ fn within(value: f64, end: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use maniple_view::{
-        Appeared, Base, Layer, Making, Own, Positions, Shape, Status, Stops, UnitType, UnitTypeId,
+        Appeared, Base, Layer, Making, Own, Positions, Shape, Status, Stops, TerrainKnowledge, UnitType,
+        UnitTypeId,
     };
 
     use super::*;
@@ -178,7 +180,7 @@ mod tests {
         let mut bot = Straight::new(3);
         bot.on_start(Seat(0), &rules(), &Terrain { width: 20, height: 10, ..Terrain::default() });
         let base =
-            Base { point: DVec2::ZERO, cycle: View::new().cycle(), fraction: 0.0, velocity: DVec2::ZERO };
+            Base { point: DVec2::ZERO, cycle: View::default().cycle(), fraction: 0.0, velocity: DVec2::ZERO };
         let at = |object: u32, x: f64, velocity: DVec2| Appeared {
             object: Handle(object),
             unit_type: UnitTypeId(0),
@@ -187,13 +189,13 @@ mod tests {
             status: Status::default(),
             own: Some(Own::default()),
         };
-        let mut view = View::new();
+        let mut view = View::default();
         let mut delta = Delta {
             appeared: vec![at(0, 1.0, DVec2::ZERO), at(1, 17.0, DVec2::ZERO), at(2, 2.0, DVec2::X)],
             ..Delta::default()
         };
         delta.check = {
-            let mut copy = View::new();
+            let mut copy = View::default();
             let _ = copy.apply(&delta);
             copy.check()
         };
@@ -246,6 +248,8 @@ mod tests {
             objects_max: 100,
             training_max: 5,
             fog: false,
+            terrain: TerrainKnowledge::Known,
+            walls_block: false,
             positions: Positions::Exact,
         }
     }

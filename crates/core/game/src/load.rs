@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use maniple_geometry::Cycle;
 use maniple_tilemap::{GenerateError, MapError, Resolver, TileMap, generate};
-use maniple_view::Terrain;
+use maniple_view::{Terrain, TerrainKnowledge};
 use thiserror::Error;
 
 use crate::placement::{PlaceError, Setup};
@@ -23,7 +23,7 @@ pub struct Loaded {
     pub map: Arc<TileMap>,
     /// The file that it was read from; `None`: it was made from the seed.
     pub map_path: Option<String>,
-    /// What clients are told of the map.
+    /// What clients are told of the map at the start.
     pub terrain: Arc<Terrain>,
     /// Where everything stands.
     pub setup: Setup,
@@ -157,7 +157,10 @@ pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) ->
         map: map_path.clone().unwrap_or_else(|| format!("the map of seed {}", scenario.seed)),
         problem,
     })?;
-    let terrain = Arc::new(Terrain::of(&map));
+    let terrain = Arc::new(match scenario.vision.map(|vision| vision.terrain) {
+        None | Some(TerrainKnowledge::Known) => Terrain::of(&map),
+        Some(TerrainKnowledge::Explored) => Terrain::unknown(map.width(), map.height()),
+    });
     let files = Files(recorder.read.into_inner());
     Ok(Loaded { scenario: Arc::new(scenario), map: Arc::new(map), map_path, terrain, setup, files })
 }

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use maniple_geometry::Cycle;
 use maniple_tilemap::Request;
-use maniple_view::{Profile, Stops, UnitType, UnitTypeId};
+use maniple_view::{Profile, Stops, TerrainKnowledge, UnitType, UnitTypeId};
 
 pub(crate) use check::{Draft, Source};
 pub use error::{Problem, ScenarioError};
@@ -196,13 +196,8 @@ pub struct Clock {
 pub struct Vision {
     /// What terrain a seat knows.
     pub terrain: TerrainKnowledge,
-}
-
-/// What terrain a seat knows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TerrainKnowledge {
-    /// All of it, from the start.
-    Known,
+    /// Whether blocked tiles hide what lies behind them from those on the ground.
+    pub walls_block: bool,
 }
 
 /// How units fight.

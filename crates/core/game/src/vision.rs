@@ -1,34 +1,40 @@
 //! Who sees what.
 
-use std::collections::BTreeMap;
+mod knowledge;
+mod objects;
+mod shadow;
+mod stamp;
+
+use std::sync::Arc;
 
 use glam::DVec2;
 use maniple_geometry::ObjectId;
-use maniple_view::{Seat, Shape, hull_distance};
+use maniple_tilemap::{TileMap, TileShape};
+use maniple_view::{Seat, TerrainKnowledge, TileSet};
 
-/// Smallest edge of a bucket, in world units; it bounds how many there are.
-const BUCKET_MIN: f64 = 1.0;
+use crate::scenario::Vision;
+use knowledge::{Knowledge, Survey};
+use shadow::Shadows;
+use stamp::{Scene, Stamp};
+
+pub(crate) use knowledge::Wall;
+pub(crate) use objects::Visible;
 
 /// What each seat sees, and saw at the start of the last cycle.
 #[derive(Clone, Debug)]
 pub(crate) enum Sight {
     /// Everything.
     Perfect,
-    /// What is in sight of the seat's team; the lists are by seat, in ascending order.
-    Fog { now: Vec<Vec<ObjectId>>, before: Vec<Vec<ObjectId>> },
+    /// What is in sight of the seat's team.
+    Fog(Box<Fog>),
 }
 
 impl Sight {
-    /// Returns the sight of so many seats that see nothing yet.
-    pub(crate) fn fog(seats: usize) -> Self {
-        Self::Fog { now: vec![Vec::new(); seats], before: vec![Vec::new(); seats] }
-    }
-
-    /// Takes a look; `teams` are those of the seats.
-    pub(crate) fn look(&mut self, teams: &[u16], objects: &[Visible]) {
+    /// Takes a look.
+    pub(crate) fn look(&mut self, objects: &[Visible]) {
         match self {
             Self::Perfect => {}
-            Self::Fog { now, before } => *before = std::mem::replace(now, seen_by_each(teams, objects)),
+            Self::Fog(fog) => fog.look(objects),
         }
     }
 
@@ -36,7 +42,7 @@ impl Sight {
     pub(crate) fn sees(&self, seat: Seat, object: ObjectId) -> bool {
         match self {
             Self::Perfect => true,
-            Self::Fog { now, .. } => now[seat.index()].binary_search(&object).is_ok(),
+            Self::Fog(fog) => fog.team(seat).now.binary_search(&object).is_ok(),
         }
     }
 
@@ -44,140 +50,193 @@ impl Sight {
     pub(crate) fn saw(&self, seat: Seat, object: ObjectId) -> bool {
         match self {
             Self::Perfect => true,
-            Self::Fog { before, .. } => before[seat.index()].binary_search(&object).is_ok(),
+            Self::Fog(fog) => fog.team(seat).before.binary_search(&object).is_ok(),
+        }
+    }
+
+    /// Returns whether a seat knows all tiles under a rectangle, as far as they are on the map.
+    pub(crate) fn knows(&self, seat: Seat, low: DVec2, high: DVec2) -> bool {
+        let Self::Fog(fog) = self else { return true };
+        let Some(knowledge) = &fog.team(seat).knowledge else { return true };
+        fog.tiles(low, high).all(|(x, y)| knowledge.is_known(x, y))
+    }
+
+    /// Returns whether all tiles under a rectangle are visible to a seat, as far as they are on the map.
+    pub(crate) fn overlooks(&self, seat: Seat, low: DVec2, high: DVec2) -> bool {
+        let Self::Fog(fog) = self else { return true };
+        fog.tiles(low, high).all(|(x, y)| fog.team(seat).visible.contains(x, y))
+    }
+
+    /// Returns the tiles that are visible to a seat; `None`: all, there is no fog.
+    pub(crate) fn visible(&self, seat: Seat) -> Option<&TileSet> {
+        match self {
+            Self::Perfect => None,
+            Self::Fog(fog) => Some(&fog.team(seat).visible),
+        }
+    }
+
+    /// Returns the tiles that a seat saw for the first time when it looked last, and the walls.
+    pub(crate) fn news(&self, seat: Seat) -> (&[(u32, u32, String)], &[Wall]) {
+        match self {
+            Self::Perfect => (&[], &[]),
+            Self::Fog(fog) => {
+                let knowledge = fog.team(seat).knowledge.as_ref();
+                knowledge.map_or((&[], &[]), |knowledge| (&knowledge.revealed, &knowledge.walls))
+            }
         }
     }
 }
 
-/// An object as vision needs it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Visible {
-    /// The object.
-    pub(crate) object: ObjectId,
-    /// The team of its owner; `None`: it is nobody's, and nobody sees by it.
-    pub(crate) team: Option<u16>,
-    /// Its centre, in world units.
-    pub(crate) center: DVec2,
-    /// What it covers.
-    pub(crate) shape: Shape,
-    /// How far it sees from its hull, in world units.
-    pub(crate) sight: f64,
+/// What teams see where there is fog.
+#[derive(Clone, Debug)]
+pub(crate) struct Fog {
+    map: Arc<TileMap>,
+    /// The tiles that block sight; `None`: nothing does.
+    blocked: Option<TileSet>,
+    /// What there is to be explored; `None`: everything is known.
+    survey: Option<Survey>,
+    /// By number.
+    teams: Vec<Team>,
+    /// The place of each seat's team among them.
+    places: Vec<usize>,
+    /// What each object sees, by its number.
+    stamps: Vec<Stamp>,
+    shadows: Shadows,
 }
 
-/// Returns for each seat what it sees, in the order of `objects`: the objects of its team, and those of others whose hull is
-/// within sight of the hull of one of its team.
-fn seen_by_each(teams: &[u16], objects: &[Visible]) -> Vec<Vec<ObjectId>> {
-    let mut reach = BUCKET_MIN;
-    for a in objects {
-        // Both radii: an object is found by its centre, and at most as large as the largest.
-        let own = a.sight + 2.0 * a.shape.radius();
-        if own > reach {
-            reach = own;
-        }
-    }
-    let mut radius_max = 0.0;
-    for a in objects {
-        if a.shape.radius() > radius_max {
-            radius_max = a.shape.radius();
-        }
-    }
-    let bucket = reach + radius_max;
-    let mut seen: BTreeMap<u16, Vec<ObjectId>> = BTreeMap::new();
-    for &team in teams {
-        seen.entry(team).or_insert_with(|| seen_by(team, objects, bucket));
-    }
-    teams.iter().map(|team| seen[team].clone()).collect()
+/// What a team sees.
+#[derive(Clone, Debug)]
+struct Team {
+    number: u16,
+    /// The objects that it sees, in ascending order.
+    now: Vec<ObjectId>,
+    /// Those that it saw when it looked the time before.
+    before: Vec<ObjectId>,
+    visible: TileSet,
+    /// How many objects saw for it when it looked last.
+    eyes: usize,
+    /// `None`: all terrain is known.
+    knowledge: Option<Knowledge>,
 }
 
-fn seen_by(team: u16, objects: &[Visible], bucket: f64) -> Vec<ObjectId> {
-    let mut eyes: BTreeMap<(i64, i64), Vec<&Visible>> = BTreeMap::new();
-    for eye in objects.iter().filter(|eye| eye.team == Some(team)) {
-        eyes.entry(bucket_of(eye.center, bucket)).or_default().push(eye);
-    }
-    let is_seen = |other: &&Visible| {
-        other.team == Some(team) || {
-            let (x, y) = bucket_of(other.center, bucket);
-            (y - 1..=y + 1).any(|y| {
-                (x - 1..=x + 1)
-                    .any(|x| eyes.get(&(x, y)).is_some_and(|eyes| eyes.iter().any(|eye| sees(eye, other))))
-            })
+impl Fog {
+    /// Returns what is seen by seats of these teams, nothing yet.
+    pub(crate) fn new(vision: &Vision, map: &Arc<TileMap>, seats: &[u16]) -> Self {
+        let is_explored = vision.terrain == TerrainKnowledge::Explored;
+        let mut numbers = seats.to_vec();
+        numbers.sort_unstable();
+        numbers.dedup();
+        let team = |&number: &u16| Team {
+            number,
+            now: Vec::new(),
+            before: Vec::new(),
+            visible: TileSet::new(map.width(), map.height()),
+            eyes: 0,
+            knowledge: is_explored.then(|| Knowledge::new(map)),
+        };
+        let place = |team| numbers.binary_search(team).expect("each team is in the list");
+        Self {
+            blocked: vision.walls_block.then(|| blocked(map)),
+            survey: is_explored.then(|| Survey::new(map)),
+            places: seats.iter().map(place).collect(),
+            teams: numbers.iter().map(team).collect(),
+            stamps: Vec::new(),
+            shadows: Shadows::default(),
+            map: Arc::clone(map),
         }
+    }
+
+    /// Returns the objects that a seat sees, in ascending order.
+    pub(crate) fn objects(&self, seat: Seat) -> &[ObjectId] {
+        &self.team(seat).now
+    }
+
+    /// Returns the tiles under a rectangle.
+    fn tiles(&self, low: DVec2, high: DVec2) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let ((left, top), (right, bottom)) = (self.map.tile_at(low), self.map.tile_at(high));
+        (top..=bottom).flat_map(move |y| (left..=right).map(move |x| (x, y)))
+    }
+
+    fn team(&self, seat: Seat) -> &Team {
+        &self.teams[self.places[seat.index()]]
+    }
+
+    fn look(&mut self, objects: &[Visible]) {
+        self.look_at_tiles(objects);
+        let bucket = objects::bucket(objects);
+        for team in &mut self.teams {
+            let hides = self.blocked.as_ref().map(|_| &team.visible);
+            let eyes = objects::Eyes::of(team.number, objects, bucket);
+            std::mem::swap(&mut team.before, &mut team.now);
+            team.now.clear();
+            let is_seen = |object: &&Visible| {
+                eyes.see(object) && hides.is_none_or(|visible| is_on(object, visible, &self.map))
+            };
+            let seen = objects.iter().filter(|object| object.team == Some(team.number) || is_seen(object));
+            team.now.extend(seen.map(|object| object.object));
+        }
+    }
+
+    fn look_at_tiles(&mut self, objects: &[Visible]) {
+        let scene = Scene { map: &self.map, blocked: self.blocked.as_ref() };
+        let last = objects.last().map_or(0, |object| object.object.0 as usize + 1);
+        if self.stamps.len() < last {
+            self.stamps.resize_with(last, Stamp::default);
+        }
+        for team in &mut self.teams {
+            let (mut eyes, mut is_stale) = (0, false);
+            let own = || objects.iter().filter(|object| object.team == Some(team.number));
+            for object in own() {
+                eyes += 1;
+                is_stale |= self.stamps[object.object.0 as usize].look(object, &scene, &mut self.shadows);
+            }
+            if let Some(knowledge) = &mut team.knowledge {
+                knowledge.settle();
+            }
+            // Who is new has a new stamp; where none has and as many look as before, all are the same.
+            if !is_stale && team.eyes == eyes {
+                continue;
+            }
+            team.eyes = eyes;
+            team.visible.clear();
+            for object in own() {
+                self.stamps[object.object.0 as usize].insert_into(&mut team.visible);
+            }
+            if let (Some(knowledge), Some(survey)) = (&mut team.knowledge, &self.survey) {
+                knowledge.explore(&team.visible, &self.map, survey);
+            }
+        }
+    }
+}
+
+/// Returns the tiles that block sight: those that are blocked as a whole. Through the open half of others one looks.
+fn blocked(map: &TileMap) -> TileSet {
+    let mut blocked = TileSet::new(map.width(), map.height());
+    for (number, tile) in (0..).zip(map.tiles()) {
+        if tile.shape == TileShape::Blocked {
+            blocked.insert_run(number, 1);
+        }
+    }
+    blocked
+}
+
+/// Returns whether an object covers or touches a tile of a set.
+fn is_on(object: &Visible, tiles: &TileSet, map: &TileMap) -> bool {
+    let (half, radius) = (object.shape.half(), object.shape.rounding());
+    let (left, top) = map.tile_at(object.center - half - radius);
+    let (right, bottom) = map.tile_at(object.center + half + radius);
+    let covers = |x: u32, y: u32| {
+        let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let beyond = (object.center - middle).abs() - half - 0.5;
+        let beyond = DVec2::new(positive(beyond.x), positive(beyond.y));
+        beyond.length_squared() <= radius * radius
     };
-    objects.iter().filter(is_seen).map(|visible| visible.object).collect()
+    (top..=bottom).any(|y| (left..=right).any(|x| tiles.contains(x, y) && covers(x, y)))
 }
 
-/// Compares squares: two circles are within sight where `|p - q| <= ra + rb + sight`.
-fn sees(eye: &Visible, other: &Visible) -> bool {
-    let offset = other.center - eye.center;
-    match (eye.shape, other.shape) {
-        (Shape::Circle { radius: own }, Shape::Circle { radius }) => {
-            let reach = own + radius + eye.sight;
-            offset.length_squared() <= reach * reach
-        }
-        (eye_shape, shape) => hull_distance(offset, &eye_shape, &shape) <= eye.sight,
-    }
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "a coordinate is at most 2^30, a bucket at least 1")]
-fn bucket_of(point: DVec2, bucket: f64) -> (i64, i64) {
-    ((point.x / bucket).floor() as i64, (point.y / bucket).floor() as i64)
+fn positive(value: f64) -> f64 {
+    if value > 0.0 { value } else { 0.0 }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sight_is_from_hull_to_hull_and_its_end_belongs_to_it() {
-        let check = |x: f64, expected: &[u32]| {
-            let objects = [object(0, 0, 1.0, 1.0, 2.0), object(1, 1, x, 0.5, 0.25)];
-            let seen: Vec<u32> = seen_by_each(&[0, 1], &objects)[0].iter().map(|object| object.0).collect();
-            assert_eq!(seen, expected, "{x}");
-        };
-        check(4.5, &[0, 1]);
-        check(4.500_001, &[0]);
-        check(2.6, &[0, 1]);
-    }
-
-    #[test]
-    fn seeing_is_not_mutual() {
-        let objects = [object(0, 0, 1.0, 0.5, 5.0), object(1, 1, 5.0, 0.5, 0.5)];
-        let seen = seen_by_each(&[0, 1], &objects);
-        assert_eq!(seen[0], [ObjectId(0), ObjectId(1)]);
-        assert_eq!(seen[1], [ObjectId(1)]);
-    }
-
-    #[test]
-    fn buckets_find_what_every_pair_finds() {
-        let number = |index: u32, salt: u32| {
-            let mixed = (index + 1).wrapping_mul(2_654_435_761).wrapping_add(salt.wrapping_mul(40_503));
-            f64::from(mixed >> 8) / f64::from(1 << 24)
-        };
-        let objects: Vec<Visible> = (0..300)
-            .map(|index| Visible {
-                object: ObjectId(index),
-                team: Some(u16::try_from(index % 3).unwrap()),
-                center: DVec2::new(60.0 * number(index, 1), 60.0 * number(index * 7, 2)),
-                shape: Shape::Circle { radius: 0.1 + number(index, 3) },
-                sight: 0.1 + 4.0 * number(index, 4),
-            })
-            .collect();
-        for (team, seen) in (0u16..).zip(seen_by_each(&[0, 1, 2], &objects)) {
-            let slow: Vec<ObjectId> = objects
-                .iter()
-                .filter(|other| {
-                    other.team == Some(team)
-                        || objects.iter().any(|eye| eye.team == Some(team) && sees(eye, other))
-                })
-                .map(|other| other.object)
-                .collect();
-            assert_eq!(seen, slow);
-            assert!(seen.len() > 100 && seen.len() < 300, "{}", seen.len());
-        }
-    }
-
-    fn object(number: u32, team: u16, x: f64, radius: f64, sight: f64) -> Visible {
-        let shape = Shape::Circle { radius };
-        Visible { object: ObjectId(number), team: Some(team), center: DVec2::new(x, 1.0), shape, sight }
-    }
-}
+mod tests;

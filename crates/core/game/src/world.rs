@@ -13,8 +13,8 @@ use std::sync::Arc;
 use maniple_geometry::{Cycle, Moment, NumberError, ObjectId};
 use maniple_kinematics::{self as kinematics, EventKind};
 use maniple_view::{
-    COMMANDS_A_CYCLE_MAX, Command, Digest, EndOfTask, Objective, Refusal, Rules, Seat, Sighting, Stop, Tally,
-    Task, WAYPOINTS_MAX,
+    COMMANDS_A_CYCLE_MAX, Command, Digest, EndOfTask, Layer, Objective, Refusal, Rules, Seat, Sighting, Stop,
+    Tally, Task, TerrainKnowledge, TileSet, WAYPOINTS_MAX,
 };
 use thiserror::Error;
 use twox_hash::XxHash3_64;
@@ -23,7 +23,7 @@ use crate::load::Loaded;
 use crate::rules::objective::{self, Ending, Left, Standing};
 use crate::rules::{Race, combat, harvest, modes, neutral, production};
 use crate::scenario::{self, TRAINING_MAX, UNITS_MAX};
-use crate::vision::{Sight, Visible};
+use crate::vision::{Sight, Visible, Wall};
 
 pub use part::Part;
 pub(crate) use state::{SeatState, State};
@@ -190,7 +190,7 @@ impl World {
         done(Part::Rules);
         self.take_stock();
         done(Part::Sightings);
-        if let Sight::Fog { .. } = self.state.sight {
+        if let Sight::Fog(_) = self.state.sight {
             self.look();
             done(Part::Vision);
         }
@@ -207,12 +207,25 @@ impl World {
     pub fn sightings(&self, seat: Seat) -> Cow<'_, [Sighting]> {
         match &self.state.sight {
             Sight::Perfect => Cow::Borrowed(&self.sightings),
-            Sight::Fog { now, .. } => {
+            Sight::Fog(fog) => {
                 let place = |object| self.sightings.binary_search_by_key(object, |sighting| sighting.object);
                 let sighting = |object| self.sightings[place(object).expect("who is seen is alive")];
-                now[seat.index()].iter().map(sighting).collect()
+                fog.objects(seat).iter().map(sighting).collect()
             }
         }
+    }
+
+    /// Returns the tiles that are visible to a seat at the start of the present cycle; `None`: all, there is no fog.
+    #[must_use]
+    pub fn visible(&self, seat: Seat) -> Option<&TileSet> {
+        self.state.sight.visible(seat)
+    }
+
+    /// Returns the tiles that a seat sees for the first time, as column, row and characters to the right, and the walls that it knows
+    /// of for the first time; see [`maniple_view::Delta`].
+    #[must_use]
+    pub fn explored(&self, seat: Seat) -> (&[(u32, u32, String)], &[Wall]) {
+        self.state.sight.news(seat)
     }
 
     /// Returns the objects that died in the last cycle and that the seat saw at its start, by object number.
@@ -298,6 +311,8 @@ impl World {
             objects_max: UNITS_MAX,
             training_max: TRAINING_MAX,
             fog: scenario.vision.is_some(),
+            terrain: scenario.vision.map_or(TerrainKnowledge::Known, |vision| vision.terrain),
+            walls_block: scenario.vision.is_some_and(|vision| vision.walls_block),
             positions: scenario.profile.positions,
         }
     }
@@ -448,12 +463,17 @@ impl World {
         }
         let visible = |object: ObjectId| {
             let kind = state.kind(object);
-            let (team, center) = (state.team(object), state.center(object));
-            Visible { object, team, center, shape: kind.shape, sight: kind.sight }
+            Visible {
+                object,
+                team: state.team(object),
+                center: state.center(object),
+                shape: kind.shape,
+                sight: kind.sight,
+                is_in_air: kind.layer == Layer::Air,
+            }
         };
         let objects: Vec<Visible> = state.units.alive().map(|(object, _)| visible(object)).collect();
-        let teams: Vec<u16> = state.seats.iter().map(|seat| seat.team).collect();
-        state.sight.look(&teams, &objects);
+        state.sight.look(&objects);
     }
 
     fn chain(&mut self) {

@@ -6,7 +6,7 @@ use maniple_view::{
     Action, Alternate, Appeared, Base, Changed, ClockMode, Command, CommandResult, Delta, Digest, EndOfTask,
     EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode, Moved, Objective, Outcome,
     Own, Positions, Refusal, Rules, Score, Seat, Sequenced, Shape, Shot, Splash, Status, StopReason, Stopped,
-    Stops, Tally, Task, Terrain, UnitType, UnitTypeId, Weapon, Zone,
+    Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Weapon, Zone,
 };
 
 use crate::grid::{GridDelta, Pace, Spot};
@@ -231,6 +231,8 @@ impl Random {
                 objects_max: self.u32(),
                 training_max: self.u32(),
                 fog: self.coin(),
+                terrain: if self.coin() { TerrainKnowledge::Known } else { TerrainKnowledge::Explored },
+                walls_block: self.coin(),
                 positions: if self.coin() { Positions::Exact } else { Positions::Grid { bits: 9 } },
             },
             terrain: Terrain {
@@ -392,6 +394,9 @@ impl Random {
             ended: self.list(Self::ended),
             stock: self.maybe(Self::u32),
             check: Digest(self.number()),
+            sight: self.list(|random| (random.u32(), random.u32())),
+            revealed: self.list(|random| (random.u32(), random.u32(), random.text())),
+            walls: self.list(|random| (random.double(), random.double(), random.double(), random.double())),
             ..GridDelta::default()
         }
     }
@@ -412,7 +417,9 @@ impl Random {
         Delta {
             cycle: self.cycle(),
             results: self.list(|random| CommandResult { seq: random.u32(), outcome: random.outcome() }),
-            revealed: self.list(|random| (random.u32(), random.u32(), ['.', '@', '漢'][random.below(3)])),
+            sight: self.list(|random| (random.u32(), random.u32())),
+            revealed: self.list(|random| (random.u32(), random.u32(), random.text())),
+            walls: self.list(|random| (random.double(), random.double(), random.double(), random.double())),
             appeared: self.list(|random| Appeared {
                 object: random.handle(),
                 unit_type: UnitTypeId(random.u16()),

@@ -20,8 +20,12 @@ pub struct GridDelta {
     pub cycle: Cycle,
     /// See [`Delta::results`].
     pub results: Vec<CommandResult>,
+    /// See [`Delta::sight`].
+    pub sight: Vec<(u32, u32)>,
     /// See [`Delta::revealed`].
-    pub revealed: Vec<(u32, u32, char)>,
+    pub revealed: Vec<(u32, u32, String)>,
+    /// See [`Delta::walls`].
+    pub walls: Vec<(f64, f64, f64, f64)>,
     /// Objects that came into sight.
     pub appeared: Vec<GridAppeared>,
     /// Objects whose motion changed: what [`Moved`] says.
@@ -100,7 +104,9 @@ impl GridDelta {
         Some(Self {
             cycle,
             results: delta.results.clone(),
+            sight: delta.sight.clone(),
             revealed: delta.revealed.clone(),
+            walls: delta.walls.clone(),
             appeared: delta.appeared.iter().map(appeared).collect::<Option<_>>()?,
             moved: delta.moved.iter().map(moved).collect::<Option<_>>()?,
             stopped: delta.stopped.iter().map(stopped).collect::<Option<_>>()?,
@@ -125,7 +131,9 @@ impl GridDelta {
         let mut delta = Delta {
             cycle,
             results: self.results,
+            sight: self.sight,
             revealed: self.revealed,
+            walls: self.walls,
             vanished: self.vanished,
             died: self.died,
             changed: self.changed,

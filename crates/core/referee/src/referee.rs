@@ -45,7 +45,9 @@ impl Referee {
         let scenario = &loaded.scenario;
         let cycle_length = Duration::from_secs_f64(1.0 / scenario.rate);
         let banks = Banks::new(scenario.seats.len(), scenario.clock.time_bank, cycle_length);
-        let tracker = |seat| Tracker::new(seat, world.skin_of_limits(), scenario.profile.positions);
+        let view = View::new(&world.rules(Vec::new()), Arc::clone(&loaded.terrain));
+        let tracker =
+            |seat| Tracker::new(seat, world.skin_of_limits(), scenario.profile.positions, view.clone());
         let seats =
             (0..).map(Seat).map(|seat| SeatState::new(tracker(seat))).take(scenario.seats.len()).collect();
         let agreement = Agreement::new(scenario.seats.len());
@@ -260,9 +262,9 @@ impl Referee {
         self.world.rules(self.seats.iter().map(|state| state.name.clone()).collect())
     }
 
-    /// Returns the terrain that every seat knows.
+    /// Returns the terrain that every seat knows from the start.
     #[must_use]
-    pub fn terrain(&self) -> &Terrain {
+    pub fn terrain(&self) -> &Arc<Terrain> {
         &self.loaded.terrain
     }
 
@@ -397,8 +399,12 @@ impl Referee {
         let cycle = self.world.cycle();
         for ((seat, state), results) in (0..).map(Seat).zip(&mut self.seats).zip(results) {
             let sightings = self.world.sightings(seat);
+            let (revealed, walls) = self.world.explored(seat);
             let observation = Observation {
                 sightings: &sightings,
+                visible: self.world.visible(seat),
+                revealed,
+                walls,
                 died: &self.world.died(seat),
                 shots: self.world.shots(),
                 ended: self.world.ended(),

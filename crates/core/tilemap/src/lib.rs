@@ -11,6 +11,7 @@ mod generate;
 mod hash;
 mod map;
 mod octile;
+mod pieces;
 mod place;
 mod read;
 mod regions;

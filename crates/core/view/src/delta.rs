@@ -20,8 +20,15 @@ pub struct Delta {
     pub cycle: Cycle,
     /// Answers to the seat's commands of this cycle, in the order in which they came.
     pub results: Vec<CommandResult>,
-    /// Tiles that became known, as (x, y, tile); none under `terrain = known`, where `Welcome` has them all.
-    pub revealed: Vec<(u32, u32, char)>,
+    /// Tiles that became visible or ceased to be, as (skip, count): from the end of the run before, or else from the first tile,
+    /// `skip` tiles row by row are as before and the next `count` are the other way round. Nothing without fog.
+    pub sight: Vec<(u32, u32)>,
+    /// Tiles that became known, as (x, y, tiles): (x, y) and those to the right of it, in the characters of [`crate::Terrain`]. Each tile
+    /// once, and none where all terrain is known from the start.
+    pub revealed: Vec<(u32, u32, String)>,
+    /// Walls that became known, as (x1, y1, x2, y2), the blocked side to the right; each at most as long as its tile. Each once, and
+    /// none where all terrain is known from the start.
+    pub walls: Vec<(f64, f64, f64, f64)>,
     /// Objects that came into sight, by handle.
     pub appeared: Vec<Appeared>,
     /// Objects whose motion changed, by handle.

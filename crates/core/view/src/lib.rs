@@ -3,11 +3,14 @@
 mod base;
 mod command;
 mod delta;
+mod fnv;
+mod ground;
 mod identity;
 mod outcome;
 mod profile;
 mod rules;
 mod status;
+mod tile_set;
 mod tracker;
 mod unit_type;
 mod view;
@@ -20,8 +23,9 @@ pub use outcome::{CommandResult, EndReason, MatchResult, Outcome, Refusal, Score
 pub use profile::{
     GRID_BITS_MAX, GRID_FRACTIONS, Positions, Profile, SKIN_MAX, SUBSTEPS_MAX, Scalar, Solver, VELOCITY_BITS,
 };
-pub use rules::{ClockMode, Objective, Rules, Stops, Terrain, Zone};
+pub use rules::{ClockMode, Objective, Rules, Stops, Terrain, TerrainKnowledge, UNKNOWN_TILE, Zone};
 pub use status::{Action, EndOfTask, Mode, Own, Status, Task};
+pub use tile_set::TileSet;
 pub use tracker::{Observation, Sighting, Stop, Tracker};
 pub use unit_type::{
     Alternate, Falloff, Harvest, Layer, Making, Shape, Splash, UnitType, Weapon, hull_distance,

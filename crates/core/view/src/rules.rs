@@ -50,6 +50,10 @@ pub struct Rules {
     pub training_max: u32,
     /// Whether there is fog; without it every seat sees everything.
     pub fog: bool,
+    /// What terrain a seat knows.
+    pub terrain: TerrainKnowledge,
+    /// Whether walls hide what lies behind them from those on the ground.
+    pub walls_block: bool,
     /// How exact the positions are that a client is told.
     pub positions: Positions,
 }
@@ -63,6 +67,17 @@ pub enum Stops {
     Both,
     /// Only who moves towards the contact.
     Approaching,
+}
+
+/// What terrain a seat knows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum TerrainKnowledge {
+    /// All of it, from the start.
+    #[default]
+    Known,
+    /// What its team has seen.
+    Explored,
 }
 
 /// What a match is about.
@@ -112,6 +127,12 @@ impl Zone {
     }
 }
 
+/// What stands for a tile that is not known.
+pub const UNKNOWN_TILE: char = '?';
+
+/// What stands for tiles that are known.
+pub(crate) const TILES_KNOWN: &str = ".@1234";
+
 /// The terrain that a seat knows.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -121,7 +142,7 @@ pub struct Terrain {
     /// Tiles down.
     pub height: u32,
     /// One text a row, one character a tile: `.` open, `@` blocked, and half-blocked tiles by the blocked
-    /// corner: `1` north-west, `2` north-east, `3` south-west, `4` south-east.
+    /// corner: `1` north-west, `2` north-east, `3` south-west, `4` south-east; `?` is not known.
     pub tiles: Vec<String>,
     /// The walls as (x1, y1, x2, y2), the blocked side to the right.
     pub segments: Vec<(f64, f64, f64, f64)>,
@@ -141,6 +162,20 @@ impl Terrain {
             tiles: (0..map.height()).map(row).collect(),
             segments: map.segments().iter().map(wall).collect(),
         }
+    }
+
+    /// Returns terrain of which nothing is known but its size, in tiles.
+    #[must_use]
+    pub fn unknown(width: u32, height: u32) -> Self {
+        let row = UNKNOWN_TILE.to_string().repeat(width as usize);
+        Self { width, height, tiles: vec![row; height as usize], segments: Vec::new() }
+    }
+
+    /// Returns the character of a tile; `None` where it is not known, or outside of the map.
+    #[must_use]
+    pub fn tile(&self, x: u32, y: u32) -> Option<char> {
+        let byte = *self.tiles.get(y as usize)?.as_bytes().get(x as usize)?;
+        Some(char::from(byte)).filter(|&tile| tile != UNKNOWN_TILE)
     }
 }
 

@@ -10,6 +10,7 @@ use crate::identity::{Handle, Seat, UnitTypeId};
 use crate::outcome::{CommandResult, StopReason};
 use crate::profile::Positions;
 use crate::status::{EndOfTask, Own, Status, Task};
+use crate::tile_set::TileSet;
 use crate::view::View;
 
 /// Why an object stopped, in the server's names.
@@ -53,6 +54,12 @@ pub struct Sighting {
 pub struct Observation<'a> {
     /// All that it sees.
     pub sightings: &'a [Sighting],
+    /// The tiles that are visible to it; `None`: there is no fog.
+    pub visible: Option<&'a TileSet>,
+    /// Tiles that it sees for the first time; see [`Delta::revealed`].
+    pub revealed: &'a [(u32, u32, String)],
+    /// Walls that it knows of for the first time; see [`Delta::walls`].
+    pub walls: &'a [(f64, f64, f64, f64)],
     /// Who died in sight in the cycle.
     pub died: &'a [ObjectId],
     /// Who fired in the cycle, at whom; `None`: at a point.
@@ -100,10 +107,10 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Returns the tracker of a seat that has seen nothing yet, in a world from whose limits this skin follows, in world
-    /// units.
+    /// Returns the tracker of a seat that has seen nothing yet, with the view that its client starts with too, in a world from whose
+    /// limits this skin follows, in world units.
     #[must_use]
-    pub fn new(seat: Seat, skin: f64, positions: Positions) -> Self {
+    pub fn new(seat: Seat, skin: f64, positions: Positions, view: View) -> Self {
         let unseen = DEVIATION_SKINS_MAX * skin;
         let unseen = if unseen < DEVIATION_MAX { unseen } else { DEVIATION_MAX };
         Self {
@@ -111,7 +118,7 @@ impl Tracker {
             next_handle: 0,
             tracked: BTreeMap::new(),
             seen: BTreeMap::new(),
-            view: View::new(),
+            view,
         }
     }
 
@@ -122,8 +129,11 @@ impl Tracker {
         observation: Observation<'_>,
         results: Vec<CommandResult>,
     ) -> Delta {
-        let Observation { sightings, died, shots, ended, stock } = observation;
+        let Observation { sightings, visible, revealed, walls, died, shots, ended, stock } = observation;
         let mut delta = Delta { cycle, results, ..Delta::default() };
+        delta.sight = self.view.changes_of_sight(visible);
+        delta.revealed = revealed.to_vec();
+        delta.walls = walls.to_vec();
         delta.stock = (stock != self.view.stock()).then_some(stock);
         self.forget(sightings, died, &mut delta);
         self.appear(cycle, sightings, &mut delta);
@@ -151,13 +161,15 @@ impl Tracker {
             status: seen.status,
             own: seen.own,
         };
-        Delta {
+        let mut delta = Delta {
             cycle: self.view.cycle(),
             appeared: self.view.objects().map(appeared).collect(),
             stock: Some(self.view.stock()).filter(|&stock| stock > 0),
             check: self.view.check(),
             ..Delta::default()
-        }
+        };
+        self.view.write_ground(&mut delta);
+        delta
     }
 
     /// Returns the object of the seat with this handle; `None` for all others, whatever the reason.
@@ -340,7 +352,8 @@ mod tests {
     fn on_a_grid_a_view_is_never_more_than_a_step_off_and_a_stop_is_where_the_grid_has_it() {
         for (bits, owner) in [(0, 0), (4, 1), (10, 0), (10, 1), (20, 1)] {
             let grid = Positions::Grid { bits };
-            let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN, grid), View::new());
+            let (mut tracker, mut client) =
+                (Tracker::new(Seat(0), SKIN, grid, View::default()), View::default());
             let moving = base(DVec2::new(1.3, 1.7), 2, 0.3, DVec2::new(0.321_987, 0.077_123));
             let rest =
                 Base { velocity: DVec2::ZERO, ..base(moving.position(Cycle(340)), 339, 0.7, DVec2::ZERO) };
@@ -372,7 +385,7 @@ mod tests {
     #[test]
     fn newcomers_on_one_point_of_the_grid_are_told_alike_whoever_is_where() {
         let told = |swapped: bool| {
-            let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Grid { bits: 0 });
+            let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Grid { bits: 0 }, View::default());
             let speeds = [0.25, 0.5].map(|speed| DVec2::new(speed, 0.0));
             let one = sighting(Seat(1), base(DVec2::new(2.1, 3.1), 0, 0.0, speeds[0]));
             let other = sighting(Seat(1), base(DVec2::new(1.6, 3.2), 0, 0.0, speeds[1]));
@@ -387,7 +400,7 @@ mod tests {
     #[test]
     fn a_crawler_on_a_grid_is_told_of_when_it_has_come_a_step_further() {
         let grid = Positions::Grid { bits: 2 };
-        let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN, grid), View::new());
+        let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN, grid, View::default()), View::default());
         let crawling = base(DVec2::new(1.0, 1.0), 0, 0.0, DVec2::new(0.0004, 0.0));
         let mut told = 0;
         for cycle in 0..4000 {
@@ -406,7 +419,8 @@ mod tests {
         let old = base(DVec2::new(1.0, 1.0), 0, 0.0, DVec2::new(0.5, 0.25));
         let point = old.point + old.velocity * 4.5;
         let new = base(point, 4, 0.5, old.velocity + DVec2::new(deviation_max / 10.0, 0.0));
-        let (mut tracker, mut client) = (Tracker::new(Seat(0), SKIN, Positions::Exact), View::new());
+        let (mut tracker, mut client) =
+            (Tracker::new(Seat(0), SKIN, Positions::Exact, View::default()), View::default());
         let mut told = Vec::new();
         for cycle in 1..40 {
             let truth = if cycle < 5 { old } else { new };
@@ -433,7 +447,7 @@ mod tests {
         for (owner, expected) in [(Seat(0), (1, 1)), (Seat(1), (0, 0))] {
             let mut told = (0, 0);
             for (before, after) in [(old, renewed), (at_rest, bumped)] {
-                let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Exact);
+                let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Exact, View::default());
                 tracker.update(Cycle(2), seeing(&[sighting(owner, before)]), vec![]);
                 let delta = tracker.update(Cycle(3), seeing(&[sighting(owner, after)]), vec![]);
                 told.0 += delta.moved.len();

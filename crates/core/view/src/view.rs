@@ -1,6 +1,7 @@
 //! What one player knows.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::DVec2;
 use maniple_geometry::Cycle;
@@ -8,8 +9,12 @@ use thiserror::Error;
 
 use crate::base::Base;
 use crate::delta::{Appeared, Delta};
+use crate::fnv::Fnv;
+use crate::ground::Ground;
 use crate::identity::{Digest, Handle, Seat, UnitTypeId};
+use crate::rules::{Rules, Terrain};
 use crate::status::{Own, Status};
+use crate::tile_set::TileSet;
 
 /// An object as a view holds it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +50,24 @@ pub enum MismatchError {
         /// The object.
         object: Handle,
     },
+    /// The delta changes the visible tiles beyond the last one, or in a match without fog.
+    #[error("the delta of cycle {cycle} changes visible tiles beyond the map, or there is no fog")]
+    Sight {
+        /// The cycle of the delta.
+        cycle: Cycle,
+    },
+    /// The delta reveals tiles that are none, are known already or lie outside of the map.
+    #[error(
+        "the delta of cycle {cycle} reveals tiles from ({x}, {y}) on that are none, known or outside of the map"
+    )]
+    Revealed {
+        /// The cycle of the delta.
+        cycle: Cycle,
+        /// Column of the first.
+        x: u32,
+        /// Row.
+        y: u32,
+    },
     /// The view after the delta has another hash than the server's.
     #[error("after the delta of cycle {cycle} the view hashes to {found}, the server's to {expected}")]
     Check {
@@ -57,7 +80,7 @@ pub enum MismatchError {
     },
 }
 
-/// All that one player knows of the objects in a match, at the start of a cycle.
+/// All that one player knows of a match, at the start of a cycle.
 ///
 /// Server and client hold one each and change them with the same deltas by the same code.
 #[doc(alias = "observation")]
@@ -66,15 +89,21 @@ pub struct View {
     cycle: Cycle,
     objects: BTreeMap<Handle, Seen>,
     stock: u32,
+    ground: Ground,
     /// Wrapping sum of the hashes of the objects.
     sum: u64,
 }
 
 impl View {
-    /// Returns a view that holds nothing.
+    /// Returns a view that holds nothing but the terrain that is known from the start. [`View::default`] has no terrain, either, and no fog.
     #[must_use]
-    pub fn new() -> Self {
-        Self::default()
+    pub fn new(rules: &Rules, terrain: Arc<Terrain>) -> Self {
+        Self { ground: Ground::new(rules, terrain), ..Self::default() }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn with_ground(ground: Ground) -> Self {
+        Self { ground, ..Self::default() }
     }
 
     /// Changes the view by a delta and compares the hash.
@@ -96,6 +125,7 @@ impl View {
         let cycle = delta.cycle;
         self.cycle = cycle;
         self.stock = delta.stock.unwrap_or(self.stock);
+        self.ground.apply(delta)?;
         for &object in delta.vanished.iter().chain(&delta.died) {
             let seen = self.objects.remove(&object).ok_or(MismatchError::UnknownObject { cycle, object })?;
             self.sum = self.sum.wrapping_sub(hash(object, &seen));
@@ -145,6 +175,29 @@ impl View {
         self.stock
     }
 
+    /// Returns whether a tile is visible: what is there is seen, but for objects beyond the exact sight of who sees it. Outside of the map no
+    /// tile is; without fog all others are.
+    #[must_use]
+    pub fn is_visible(&self, x: u32, y: u32) -> bool {
+        self.ground.is_visible(x, y)
+    }
+
+    /// Returns the terrain as far as it is known.
+    #[must_use]
+    pub fn terrain(&self) -> &Terrain {
+        self.ground.terrain()
+    }
+
+    /// Writes into a delta how the ground differs from that at the start.
+    pub(crate) fn write_ground(&self, delta: &mut Delta) {
+        self.ground.write_keyframe(delta);
+    }
+
+    /// Returns what has to be toggled so that these tiles are visible: see [`Delta::sight`].
+    pub(crate) fn changes_of_sight(&self, visible: Option<&TileSet>) -> Vec<(u32, u32)> {
+        self.ground.changes(visible)
+    }
+
     /// Returns an object; `None` where it is not in sight.
     #[must_use]
     pub fn object(&self, object: Handle) -> Option<&Seen> {
@@ -157,7 +210,8 @@ impl View {
         self.objects.get(&object).map(|seen| seen.base.position(self.cycle))
     }
 
-    /// Returns the hash of the view: FNV-1a over the cycle, the stock and the wrapping sum of one hash an object.
+    /// Returns the hash of the view: FNV-1a over the cycle, the stock and the wrapping sum of one hash an object,
+    /// a visible tile under fog, and a known tile and a wall where terrain is explored.
     ///
     /// FNV-1a (Fowler, Noll and Vo, 1991) because any language can compute it in five lines; it guards against
     /// mistakes, not against malice.
@@ -166,8 +220,8 @@ impl View {
         let mut fnv = Fnv::new();
         fnv.write(&self.cycle.0.to_le_bytes());
         fnv.write(&self.stock.to_le_bytes());
-        fnv.write(&self.sum.to_le_bytes());
-        Digest(fnv.0)
+        fnv.write(&self.sum.wrapping_add(self.ground.sum()).to_le_bytes());
+        Digest(fnv.hash())
     }
 
     fn change(
@@ -212,19 +266,5 @@ fn hash(object: Handle, seen: &Seen) -> u64 {
         fnv.write(&own.waiting.to_le_bytes());
         fnv.write(&own.due.map_or(u32::MAX, |cycle| cycle.0).to_le_bytes());
     }
-    fnv.0
-}
-
-struct Fnv(u64);
-
-impl Fnv {
-    fn new() -> Self {
-        Self(0xcbf2_9ce4_8422_2325)
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-    }
+    fnv.hash()
 }

@@ -2,7 +2,7 @@
 
 use maniple_game::Loaded;
 use maniple_game::scenario::Objective;
-use maniple_view::{Positions, Profile, Scalar, Solver};
+use maniple_view::{Positions, Profile, Scalar, Solver, TerrainKnowledge};
 
 use crate::output::grouped;
 
@@ -24,7 +24,14 @@ pub(crate) fn line(loaded: &Loaded) -> String {
 pub(crate) fn vision(loaded: &Loaded) -> String {
     match loaded.scenario.vision {
         None => "no fog (perfect information)".to_owned(),
-        Some(_) => "fog (circles of sight, terrain known)".to_owned(),
+        Some(vision) => {
+            let terrain = match vision.terrain {
+                TerrainKnowledge::Known => "terrain known",
+                TerrainKnowledge::Explored => "terrain explored",
+            };
+            let walls = if vision.walls_block { ", walls block sight" } else { "" };
+            format!("fog (circles of sight, {terrain}{walls})")
+        }
     }
 }
 
@@ -52,7 +59,7 @@ pub(crate) fn layers(loaded: &Loaded) -> String {
 
 /// Returns how many segments there are.
 pub(crate) fn segments(loaded: &Loaded) -> String {
-    counted(loaded.terrain.segments.len(), "segment", "segments")
+    counted(loaded.map.segments().len(), "segment", "segments")
 }
 
 /// Returns which rules run, the objective last.

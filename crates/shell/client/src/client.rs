@@ -1,5 +1,7 @@
 //! One connection to a match, and the view that it keeps.
 
+use std::sync::Arc;
+
 use maniple_protocol::{
     ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, Hello, PROTOCOL, ServerMessage, Welcome,
     decode_server, encode_client, encode_commands,
@@ -28,7 +30,7 @@ pub struct Login {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// A cycle has passed: the delta has been applied to the view, and the views of both sides are the same.
-    Cycle(Delta),
+    Cycle(Box<Delta>),
     /// The answer to a ping.
     Pong {
         /// The ping's number.
@@ -89,7 +91,8 @@ impl Client {
             ServerMessage::Paused { .. } => return Err(unexpected("a pause", "the welcome")),
             ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
         };
-        Ok(Self { stream, frames, buffer, welcome, view: View::new(), next_seq: 0 })
+        let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
+        Ok(Self { stream, frames, buffer, welcome, view, next_seq: 0 })
     }
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
@@ -192,10 +195,10 @@ impl Client {
         &self.welcome.rules
     }
 
-    /// Returns the terrain.
+    /// Returns the terrain as far as the player knows it.
     #[must_use]
     pub fn terrain(&self) -> &Terrain {
-        &self.welcome.terrain
+        self.view.terrain()
     }
 
     /// Returns the seat.
@@ -212,7 +215,7 @@ impl Client {
 
     fn take_in(&mut self, delta: Delta) -> Result<Event, ClientError> {
         self.view.apply(&delta)?;
-        Ok(Event::Cycle(delta))
+        Ok(Event::Cycle(Box::new(delta)))
     }
 
     fn encode(&mut self, commands: Vec<Command>) -> Result<Vec<u8>, ClientError> {

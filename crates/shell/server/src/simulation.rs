@@ -282,7 +282,7 @@ impl Simulation {
             rate: self.referee.rate(),
             clock: self.referee.mode(),
             rules: self.referee.rules(),
-            terrain: self.referee.terrain().clone(),
+            terrain: self.referee.terrain().as_ref().clone(),
         }
     }
 

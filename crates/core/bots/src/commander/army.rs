@@ -74,7 +74,7 @@ impl Army {
             home,
             grows,
             is_out: !grows,
-            strength: ARMY_MIN + more(seed, &View::new()),
+            strength: ARMY_MIN + more(seed, 0),
             searches: 0,
             targets: BTreeMap::new(),
             bored: BTreeMap::new(),
@@ -116,7 +116,7 @@ impl Army {
         }
         if self.is_out && fighters * ARMY_LEAST < self.strength {
             self.is_out = false;
-            self.strength = (self.strength + ARMY_MORE + more(self.seed, view)).min(ARMY_MAX);
+            self.strength = (self.strength + ARMY_MORE + more(self.seed, view.cycle().0)).min(ARMY_MAX);
         } else if fighters >= self.strength {
             self.is_out = true;
         }
@@ -161,8 +161,7 @@ impl Army {
         if self.searches == 0 {
             return size - self.home;
         }
-        let start = View::new();
-        let chance = |purpose| fraction(keyed(self.seed, &start, self.searches, purpose));
+        let chance = |purpose| fraction(keyed(self.seed, 0, self.searches, purpose));
         DVec2::new(chance(Purpose::GoalX), chance(Purpose::GoalY)) * size
     }
 
@@ -228,8 +227,8 @@ impl Army {
 }
 
 /// Returns by chance how many fighters more to wait for.
-fn more(seed: u64, view: &View) -> usize {
-    usize::try_from(keyed(seed, view, 0, Purpose::Strength) % ARMY_SPREAD).unwrap_or(0)
+fn more(seed: u64, cycle: u32) -> usize {
+    usize::try_from(keyed(seed, cycle, 0, Purpose::Strength) % ARMY_SPREAD).unwrap_or(0)
 }
 
 fn is_fighter(item: &Item<'_>) -> bool {

@@ -66,10 +66,10 @@ impl Ground {
     }
 
     /// Takes in tiles that became known.
-    pub(super) fn reveal(&mut self, tiles: &[(u32, u32, char)]) {
-        for &(x, y, tile) in tiles {
-            let place = y as usize * self.width + x as usize;
-            if let Some(open) = self.open.get_mut(place) {
+    pub(super) fn reveal(&mut self, tiles: &[(u32, u32, String)]) {
+        for (x, y, row) in tiles {
+            let first = *y as usize * self.width + *x as usize;
+            for (open, tile) in self.open[first..].iter_mut().zip(row.chars()) {
                 *open = tile == '.';
             }
         }

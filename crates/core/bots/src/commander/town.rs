@@ -164,7 +164,7 @@ pub(super) fn train(
         let trains = |item: &&Item<'_>| item.seen.own.is_some_and(|own| own.training == Some(unit_type));
         scene.own.iter().filter(trains).count()
     };
-    let luck = |unit_type: UnitTypeId| keyed(seed, view, unit_type.0.into(), Purpose::Training);
+    let luck = |unit_type: UnitTypeId| keyed(seed, view.cycle().0, unit_type.0.into(), Purpose::Training);
     let mut commands = Vec::new();
     // What is saved for the building that is next.
     let saved = town.project.map_or(0, |project| {

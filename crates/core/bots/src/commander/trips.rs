@@ -73,7 +73,7 @@ impl Trips {
         }
         let tries = trip.tries;
         trip.tries = tries.saturating_add(1);
-        let wait = keyed(self.seed, view, object.0, Purpose::Wait) % WAIT_MAX;
+        let wait = keyed(self.seed, view.cycle().0, object.0, Purpose::Wait) % WAIT_MAX;
         trip.wait_until = now + 1 + u32::try_from(wait).unwrap_or(0);
         if tries % 2 == 1
             && let Some(aside) = self.aside(ground, view, item, tries)
@@ -92,7 +92,7 @@ impl Trips {
     /// Returns a point aside, the farther the more often it was stopped; `None` where chance hits none that is free.
     fn aside(&self, ground: &Ground, view: &View, item: &Item<'_>, tries: u32) -> Option<DVec2> {
         let reach = 0.5 + 0.5 * f64::from(tries.min(DETOURS_MAX));
-        let chance = |purpose| 2.0 * fraction(keyed(self.seed, view, item.object.0, purpose)) - 1.0;
+        let chance = |purpose| 2.0 * fraction(keyed(self.seed, view.cycle().0, item.object.0, purpose)) - 1.0;
         let point = item.center + DVec2::new(chance(Purpose::DetourX), chance(Purpose::DetourY)) * reach;
         ground.is_clear(item.center, point, item.kind.shape.radius(), None).then_some(point)
     }

@@ -26,7 +26,11 @@ pub(crate) fn build(
     }
     let kind = state.unit_type(unit_type);
     let site = site_at(state, object, unit_type, center);
-    if site.is_none() && !is_on_open_ground(state, &kind.shape, center, kind.layer, SITE_GAP) {
+    let owner = state.units.at(object).owner.ok_or(Refusal::UnknownHandle)?;
+    let half = kind.shape.half() + kind.shape.rounding() + SITE_GAP;
+    // Who has not seen the place must not learn from the answer what is there.
+    let is_known = state.sight.knows(owner, center - half, center + half);
+    if site.is_none() && is_known && !is_on_open_ground(state, &kind.shape, center, kind.layer, SITE_GAP) {
         return Err(Refusal::BadPlace);
     }
     let center = site.unwrap_or(center);
@@ -240,12 +244,15 @@ fn place_beside(state: &State, building: ObjectId, unit_type: UnitTypeId) -> Opt
     let spacing = 2.0 * radius + START_GAP;
     let reach = house.shape.radius() + house.sight;
     let room = Room { gap: START_GAP, but: None };
+    let half = kind.shape.half() + kind.shape.rounding() + START_GAP;
+    let owner = state.units.at(building).owner?;
     let region = state.region(home);
     let is_within_reach =
         |point: DVec2| kind.layer == Layer::Air || region.is_none() || state.region(point) == region;
     Rings::new(reach / spacing)
         .map(|(x, y)| home + DVec2::new(f64::from(x), f64::from(y)) * spacing)
         .filter(|&point| hull_distance(point - home, &kind.shape, &house.shape) + spacing <= house.sight)
+        .filter(|&point| state.sight.overlooks(owner, point - half, point + half))
         .find(|&point| is_within_reach(point) && has_room(state, &kind.shape, point, kind.layer, room))
 }
 

@@ -15,9 +15,8 @@ use super::{
     COUNT_MAX, Clock, Combat, GROUPS_MAX, Group, HarvestRule, LENGTH_SECONDS_MAX, NAME_BYTES_MAX, Neutral,
     Objective, Overrides, PAUSE_SECONDS_DEFAULT, Problem, RATE_DEFAULT, RATE_MAX, RATE_MIN,
     SCENARIO_BYTES_MAX, SEATS_MAX, SECONDS_MAX, Scenario, ScenarioError, SeatStart, TEAM_MAX,
-    TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN, TerrainKnowledge,
-    UNIT_FILES_MAX, UNIT_TYPES_MAX, UNITS_MAX, Vision, WANDER_DEFAULT, WANDER_MAX, WANDER_MIN,
-    ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
+    TIME_BANK_SECONDS_DEFAULT, TIME_BANK_SECONDS_MAX, TIME_BANK_SECONDS_MIN, UNIT_FILES_MAX, UNIT_TYPES_MAX,
+    UNITS_MAX, Vision, WANDER_DEFAULT, WANDER_MAX, WANDER_MIN, ZONE_SIZE_DEFAULT, ZONE_SIZE_MAX, file,
 };
 use crate::rules::approach::TOUCH;
 use crate::rules::production::SITE_GAP;
@@ -180,9 +179,10 @@ fn scenario(
         stops: file.kinematics.stops,
         profile: overrides.applied(profile(&file.kinematics, &file.view)?),
         clock: clock(&file.clock)?,
-        vision: file.vision.as_ref().map(|vision| match vision.terrain {
-            file::Terrain::Known => Vision { terrain: TerrainKnowledge::Known },
-        }),
+        vision: file
+            .vision
+            .as_ref()
+            .map(|vision| Vision { terrain: vision.terrain, walls_block: vision.walls_block }),
         combat: file.combat.as_ref().map(|combat| Combat { friendly_fire: combat.friendly_fire }),
         harvest: file
             .harvest
@@ -380,7 +380,7 @@ pub(super) fn check_name(name: &str, field: &'static str, max: usize, span: Rang
 #[cfg(test)]
 mod tests {
     use maniple_geometry::Cycle;
-    use maniple_view::{Positions, Profile, Scalar, Solver, Stops, UnitTypeId};
+    use maniple_view::{Positions, Profile, Scalar, Solver, Stops, TerrainKnowledge, UnitTypeId};
 
     use super::*;
     use crate::scenario::{MapSource, SIGHT_DEFAULT, Stall};
@@ -409,7 +409,8 @@ time_bank_seconds = 2.5
 stall = "forfeit"
 
 [vision]
-terrain = "known"
+terrain = "explored"
+walls_block = true
 
 [objective]
 kind = "race"
@@ -450,7 +451,7 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         };
         assert_eq!(scenario.profile, profile);
         assert_eq!(scenario.clock, Clock { time_bank: Duration::from_millis(2500), stall: Stall::Forfeit });
-        assert_eq!(scenario.vision, Some(Vision { terrain: TerrainKnowledge::Known }));
+        assert_eq!(scenario.vision, Some(Vision { terrain: TerrainKnowledge::Explored, walls_block: true }));
         assert_eq!(scenario.objective, Objective::Race { zone_size: 6.0 });
         let names: Vec<&str> = scenario.unit_types.iter().map(|unit| unit.name.as_str()).collect();
         assert_eq!(names, ["rock", "scout"]);
@@ -469,7 +470,7 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
             .replace("solver = \"stepped\"\nsubsteps = 4\ncertify = false\nskin = 0.01\n", "")
             .replace("[view]\npositions = \"grid\"\ngrid_bits = 10\n", "")
             .replace("[clock]\ntime_bank_seconds = 2.5\nstall = \"forfeit\"\n", "")
-            .replace("[vision]\nterrain = \"known\"\n", "")
+            .replace("[vision]\nterrain = \"explored\"\nwalls_block = true\n", "")
             .replace("zone_size = 6\n", "");
         let scenario = Scenario::read("duel.toml", &text).unwrap();
         assert_eq!(scenario.rate, RATE_DEFAULT);
@@ -493,14 +494,16 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         check("length_seconds", "lenght_seconds", "duel.toml:5:1: unknown field `lenght_seconds`");
         check("length_seconds", "lenght_seconds", "did you mean `length_seconds`?");
         check("kind = \"race\"", "kind = \"rase\"", "did you mean `race`?");
-        check("terrain = \"known\"", "terrain = \"explored\"", "expected `known`");
+        check("terrain = \"explored\"", "terrain = \"explorred\"", "did you mean `explored`?");
+        check("walls_block = true", "wall_block = true", "did you mean `walls_block`?");
+        check("walls_block = true", "walls_block = 1", "duel.toml:26:15: invalid type: integer `1`");
         check(
             "unit = \"scout\"",
             "unit = \"scuot\"",
             "no unit type is called \"scuot\"; did you mean `scout`?",
         );
-        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:42:20: ");
-        check("radius = 0.25", "radius = -0.25", "duel.toml:32:10: radius is -0.25; it must be positive");
+        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:43:20: ");
+        check("radius = 0.25", "radius = -0.25", "duel.toml:33:10: radius is -0.25; it must be positive");
         check("radius = 0.25", "radius = nan", "radius is not a number");
         check("speed = 2.0", "speed = -1", "speed is -1; it must not be negative");
         check("sight = 5.0", "sight = 0", "sight is 0; it must be from");

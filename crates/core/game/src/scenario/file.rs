@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use maniple_view::{Falloff, Layer, Scalar, Stops};
+use maniple_view::{Falloff, Layer, Scalar, Stops, TerrainKnowledge};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -105,14 +105,9 @@ pub(super) struct Clock {
 #[serde(deny_unknown_fields)]
 pub(super) struct Vision {
     #[serde(default)]
-    pub(super) terrain: Terrain,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub(super) enum Terrain {
-    #[default]
-    Known,
+    pub(super) terrain: TerrainKnowledge,
+    #[serde(default)]
+    pub(super) walls_block: bool,
 }
 
 #[derive(Deserialize)]

@@ -20,7 +20,7 @@ use crate::load::Loaded;
 use crate::placement::StartUnit;
 use crate::room::tile_of;
 use crate::scenario::{Scenario, SeatStart};
-use crate::vision::Sight;
+use crate::vision::{Fog, Sight};
 
 /// The state of a match.
 pub(crate) struct State {
@@ -109,7 +109,10 @@ impl State {
             seats: scenario.seats.iter().map(seat).collect(),
             sight: match scenario.vision {
                 None => Sight::Perfect,
-                Some(_) => Sight::fog(scenario.seats.len()),
+                Some(vision) => {
+                    let teams: Vec<u16> = scenario.seats.iter().map(|seat| seat.team).collect();
+                    Sight::Fog(Box::new(Fog::new(&vision, &loaded.map, &teams)))
+                }
             },
             stops: BTreeMap::new(),
             shots: Vec::new(),

@@ -28,7 +28,7 @@ fn the_first_delta_and_the_first_after_a_join_are_keyframes() {
     referee.handle_join(A, "someone else").unwrap();
     assert_eq!(referee.rules().players, ["Ada", ""]);
     let again = referee.take_delta(A).unwrap();
-    let mut view = View::new();
+    let mut view = View::default();
     view.apply(&again).unwrap();
     assert_eq!(&view, referee.view(A));
     assert_eq!(again, referee.keyframe(A));
