@@ -55,7 +55,7 @@ fn request(generate: &file::Generate, players: u32, radius: f64) -> Found<Reques
 
 fn kind(name: &Spanned<String>) -> Found<Kind> {
     name.get_ref().parse().map_err(|_| {
-        let nearest = nearest(name.get_ref(), Kind::NAMES.into_iter()).map(str::to_owned);
+        let nearest = nearest(name.get_ref(), Kind::NAMES).map(str::to_owned);
         let problem =
             Problem::UnknownKind { name: name.get_ref().clone(), known: Kind::NAMES.join(", "), nearest };
         (name.span(), problem)
