@@ -19,10 +19,12 @@ bot, and a second table says what each seat has won. Bots with the same name get
 
 The interval of a win rate is that of Wilson (1927) at 95 %; draws count as played and not as won, and the score takes them
 for half a win. What is behind +- is the standard deviation of the sample.
+It takes matches for independent. Those of a pair share a seed and may not be: two bots that decide alike play the same match
+twice, and then the interval should be read as if there were half as many.
 
-A bot that panics resigns, and that counts as its crash; it is no failure of the command. A match that cannot be played is told apart, counts for nobody, and
-makes the exit code 1. The interrupt key ends the run with what was played so far, and the exit code 130. The result does
-not depend on --jobs: in --json all that does is under `timing`.
+A bot that panics resigns, and that counts as its crash; it is no failure of the command. A match that cannot be played is
+told apart, counts for nobody, and makes the exit code 1. The interrupt key ends the run with what was played so far, and the
+exit code 130. The result does not depend on --jobs: in --json all that does is under `timing`.
 
 Columns of --csv: match (from 0), seed, winner (empty for a draw; of a team all, with + between them), reason, cycles, hash,
 failure (why it could not be played), and for each seat, as in seat_0_player: player, won, points, late and refused
