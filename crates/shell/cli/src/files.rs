@@ -100,7 +100,6 @@ pub(crate) fn shipped() -> Files {
     let file = |path: &str, bytes: &[u8]| LoadedFile { path: path.to_owned(), bytes: bytes.to_vec() };
     Files(vec![
         file(SHIPPED_SCENARIO, include_bytes!("../../../../config/scenarios/duel.toml")),
-        file("config/units/racers.toml", include_bytes!("../../../../config/units/racers.toml")),
         file("maps/choke.tmx", include_bytes!("../../../../maps/choke.tmx")),
         file("maps/tiles.tsx", include_bytes!("../../../../maps/tiles.tsx")),
     ])

@@ -90,7 +90,7 @@ mod tests {
     use super::*;
     use crate::Scenario;
 
-    const WHOLE: &str = "name = 'x'\nlength_seconds = 1\nobjective.kind = 'kills'\n\
+    const WHOLE: &str = "name = 'x'\nlength_seconds = 1\nobjective.kind = 'last_standing'\n\
         seat = [{ groups = [{ unit = 'a', count = 1 }] }, { groups = [{ unit = 'a', count = 1 }] }]\n\
         [generate]\nkind = 'maze'\nwidth = 32\nheight = 48\n\
         [unit.a]\nradius = 0.75\nspeed = 1\n\
