@@ -1,3 +1,4 @@
+use std::sync::Arc;
 use std::time::Duration;
 
 use maniple_game::{Files, LoadedFile, Overrides, load};
@@ -28,7 +29,7 @@ fn the_first_delta_and_the_first_after_a_join_are_keyframes() {
     referee.handle_join(A, "someone else").unwrap();
     assert_eq!(referee.rules().players, ["Ada", ""]);
     let again = referee.take_delta(A).unwrap();
-    let mut view = View::default();
+    let mut view = View::new(&referee.rules(), Arc::clone(referee.terrain()));
     view.apply(&again).unwrap();
     assert_eq!(&view, referee.view(A));
     assert_eq!(again, referee.keyframe(A));
