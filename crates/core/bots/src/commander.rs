@@ -13,7 +13,7 @@ use glam::DVec2;
 use maniple_view::{Command, Delta, Rules, Seat, Terrain, View};
 
 use crate::bot::Bot;
-use army::{Army, Field};
+use army::{Army, Situation};
 use ground::Ground;
 use memory::Memory;
 use scene::{Item, Scene};
@@ -94,7 +94,7 @@ impl Bot for Commander {
         let is_taken = |object| town.takes(object);
         commands.extend(self.workers.work((&mut self.ground, &mut self.trips), view, &scene, is_taken));
         let army = self.army.get_or_insert_with(|| Army::new(self.seed, middle(&scene), can_train));
-        let mut field = Field {
+        let mut situation = Situation {
             ground: &mut self.ground,
             trips: &mut self.trips,
             memory: &self.memory,
@@ -102,7 +102,7 @@ impl Bot for Commander {
             scene: &scene,
             friendly_fire: rules.friendly_fire,
         };
-        commands.extend(army.fight(&mut field));
+        commands.extend(army.fight(&mut situation));
         commands
     }
 }

@@ -56,7 +56,7 @@ pub(super) struct Army {
 }
 
 /// What an army gives its orders from.
-pub(super) struct Field<'a, 'b> {
+pub(super) struct Situation<'a, 'b> {
     pub(super) ground: &'b mut Ground,
     pub(super) trips: &'b mut Trips,
     pub(super) memory: &'b Memory,
@@ -82,8 +82,8 @@ impl Army {
     }
 
     /// Tells all fighters what to do.
-    pub(super) fn fight(&mut self, field: &mut Field<'_, '_>) -> Vec<Command> {
-        let scene = field.scene;
+    pub(super) fn fight(&mut self, situation: &mut Situation<'_, '_>) -> Vec<Command> {
+        let scene = situation.scene;
         self.targets.retain(|object, _| scene.own(*object).is_some());
         self.bored.retain(|object, _| scene.own(*object).is_some());
         let fighters: Vec<&Item<'_>> = scene.own.iter().filter(|item| is_fighter(item)).collect();
@@ -91,18 +91,18 @@ impl Army {
             self.is_out &= !self.grows;
             return Vec::new();
         }
-        self.muster(field.view, fighters.len());
-        let goal = self.goal(field, &fighters);
+        self.muster(situation.view, fighters.len());
+        let goal = self.goal(situation, &fighters);
         let mut commands = Vec::new();
         for item in fighters {
             match item.seen.status.mode {
                 Mode::Normal => {
                     let command = (siege::deploy(item, &scene.enemies))
-                        .or_else(|| self.engage(field, item))
-                        .or_else(|| self.advance(field, item, &goal));
+                        .or_else(|| self.engage(situation, item))
+                        .or_else(|| self.advance(situation, item, &goal));
                     commands.extend(command);
                 }
-                Mode::Alternate => commands.extend(self.besiege(field, item)),
+                Mode::Alternate => commands.extend(self.besiege(situation, item)),
                 Mode::Switching | Mode::SwitchingBack | Mode::Site => {}
             }
         }
@@ -124,8 +124,8 @@ impl Army {
 
     /// Returns where all go: to who threatens a building, or, if the army is out, to the nearest enemy that is known, and
     /// where none is, to where one might be.
-    fn goal(&mut self, field: &Field<'_, '_>, fighters: &[&Item<'_>]) -> Block {
-        let scene = field.scene;
+    fn goal(&mut self, situation: &Situation<'_, '_>, fighters: &[&Item<'_>]) -> Block {
+        let scene = situation.scene;
         let is_threat = |enemy: &&Item<'_>| {
             scene.own.iter().any(|item| item.kind.is_building() && item.distance(enemy) < THREAT)
         };
@@ -134,7 +134,7 @@ impl Army {
         if let Some(threat) = threat {
             return threat.block();
         }
-        let middle = field.ground.size() * 0.5;
+        let middle = situation.ground.size() * 0.5;
         if !self.is_out {
             return Block { center: self.home + (middle - self.home) * RALLY, half: DVec2::ZERO };
         }
@@ -144,11 +144,11 @@ impl Army {
             return enemy.block();
         }
         let distance = |block: &Block| block.center.distance_squared(center);
-        let known = field.memory.blocks().min_by(|one, other| distance(one).total_cmp(&distance(other)));
+        let known = situation.memory.blocks().min_by(|one, other| distance(one).total_cmp(&distance(other)));
         if let Some(block) = known {
             return *block;
         }
-        let place = self.place_to_search(field);
+        let place = self.place_to_search(situation);
         if fighters.iter().any(|item| item.center.distance(place) < SEARCHED) {
             self.searches += 1;
         }
@@ -156,8 +156,8 @@ impl Army {
     }
 
     /// Returns where to look next: first across the middle of the map from home, where the other one of two seats begins.
-    fn place_to_search(&self, field: &Field<'_, '_>) -> DVec2 {
-        let size = field.ground.size();
+    fn place_to_search(&self, situation: &Situation<'_, '_>) -> DVec2 {
+        let size = situation.ground.size();
         if self.searches == 0 {
             return size - self.home;
         }
@@ -166,13 +166,13 @@ impl Army {
     }
 
     /// Fires at the weakest enemy in range.
-    fn engage(&mut self, field: &Field<'_, '_>, item: &Item<'_>) -> Option<Command> {
+    fn engage(&mut self, situation: &Situation<'_, '_>, item: &Item<'_>) -> Option<Command> {
         let weapon = item.kind.weapon.as_ref()?;
         let own = item.seen.own?;
         let in_range = |enemy: &&Item<'_>| is_in_range(item, enemy, weapon);
         let weakest = |enemy: &&Item<'_>| (!is_armed(enemy), enemy.seen.status.hit_points, enemy.object);
-        let target = field.scene.enemies.iter().filter(in_range).min_by_key(weakest)?;
-        if own.ready.0 > field.view.cycle().0 + 1 && own.task != Task::None {
+        let target = situation.scene.enemies.iter().filter(in_range).min_by_key(weakest)?;
+        if own.ready.0 > situation.view.cycle().0 + 1 && own.task != Task::None {
             return None;
         }
         let is_told = own.task == Task::Attack && self.targets.get(&item.object) == Some(&target.object);
@@ -184,7 +184,12 @@ impl Army {
     }
 
     /// Goes on towards the goal, ready to fight.
-    fn advance(&mut self, field: &mut Field<'_, '_>, item: &Item<'_>, goal: &Block) -> Option<Command> {
+    fn advance(
+        &mut self,
+        situation: &mut Situation<'_, '_>,
+        item: &Item<'_>,
+        goal: &Block,
+    ) -> Option<Command> {
         let own = item.seen.own?;
         let stands = !item.seen.base.is_moving() && matches!(own.task, Task::None | Task::Hold);
         let is_there = item.center.distance(goal.center) < 1.5;
@@ -194,22 +199,22 @@ impl Army {
             return is_idle.then_some(Command::Hold { object });
         }
         let to = |point: DVec2| Command::AttackMove { object, x: point.x, y: point.y };
-        match field.trips.step(field.ground, field.view, item, goal) {
+        match situation.trips.step(situation.ground, situation.view, item, goal) {
             Step::Wait => None,
             Step::Now => Some(to(goal.center)),
             Step::Aside(point) => path(object, &[point]),
-            Step::Along => field.trips.way(field.ground, item, goal).first().copied().map(to),
+            Step::Along => situation.trips.way(situation.ground, item, goal).first().copied().map(to),
         }
     }
 
     /// Fires from the other mode at where it hits most; goes back when there has been nobody in range for a while.
-    fn besiege(&mut self, field: &Field<'_, '_>, item: &Item<'_>) -> Option<Command> {
+    fn besiege(&mut self, situation: &Situation<'_, '_>, item: &Item<'_>) -> Option<Command> {
         let object = item.object;
-        let now = field.view.cycle().0;
+        let now = situation.view.cycle().0;
         let own = item.seen.own?;
         let weapon = item.kind.alternate.as_ref()?.weapon.as_ref()?;
         let in_range = |enemy: &&Item<'_>| siege::reaches(item, enemy, weapon);
-        let targets: Vec<&Item<'_>> = field.scene.enemies.iter().filter(in_range).collect();
+        let targets: Vec<&Item<'_>> = situation.scene.enemies.iter().filter(in_range).collect();
         if targets.is_empty() {
             let since = *self.bored.entry(object).or_insert(now);
             return (now - since > siege::PATIENCE).then_some(Command::Switch { object });
@@ -218,7 +223,7 @@ impl Army {
         if own.ready.0 > now {
             return None;
         }
-        siege::best_point(&targets, field, weapon).map(|point| Command::AttackAt {
+        siege::best_point(&targets, situation, weapon).map(|point| Command::AttackAt {
             object,
             x: point.x,
             y: point.y,

@@ -18,7 +18,7 @@ const STRAIGHT: u32 = 10;
 const DIAGONAL: u32 = 14;
 
 /// Most ways that are remembered.
-const FIELDS_MAX: usize = 64;
+const WAYS_MAX: usize = 64;
 
 /// Something that stands on the ground and does not move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,14 +40,14 @@ pub(super) struct Ground {
     free: Vec<bool>,
     blocks: Vec<Block>,
     /// The ways to places, until something changes.
-    fields: BTreeMap<(usize, usize, usize, usize), Arc<Field>>,
+    ways: BTreeMap<(usize, usize, usize, usize), Arc<Distances>>,
 }
 
 /// How far it is from each tile to a place.
 #[derive(Clone, Debug)]
-pub(super) struct Field {
+pub(super) struct Distances {
     /// By row; in tenths of a tile. `u32::MAX`: there is no way.
-    distances: Vec<u32>,
+    tiles: Vec<u32>,
 }
 
 impl Ground {
@@ -61,7 +61,7 @@ impl Ground {
             free: open.clone(),
             open,
             blocks: Vec::new(),
-            fields: BTreeMap::new(),
+            ways: BTreeMap::new(),
         }
     }
 
@@ -94,7 +94,7 @@ impl Ground {
                 self.free[y * self.width + x_min..=y * self.width + x_max].fill(false);
             }
         }
-        self.fields.clear();
+        self.ways.clear();
     }
 
     /// Returns the width and height, in world units.
@@ -134,11 +134,11 @@ impl Ground {
     }
 
     /// Returns how far it is from everywhere to beside a block, or to the tile of a point.
-    pub(super) fn field(&mut self, goal: &Block) -> Arc<Field> {
+    pub(super) fn distances(&mut self, goal: &Block) -> Arc<Distances> {
         let (x_min, y_min, x_max, y_max) = self.tiles_of(goal);
         let key = (x_min, y_min, x_max, y_max);
-        if let Some(field) = self.fields.get(&key) {
-            return Arc::clone(field);
+        if let Some(distances) = self.ways.get(&key) {
+            return Arc::clone(distances);
         }
         let mut starts = self.free_tiles((x_min, y_min), (x_max, y_max));
         let mut ring = 1;
@@ -148,12 +148,12 @@ impl Ground {
             starts = self.free_tiles(low, high);
             ring += 1;
         }
-        if self.fields.len() >= FIELDS_MAX {
-            self.fields.clear();
+        if self.ways.len() >= WAYS_MAX {
+            self.ways.clear();
         }
-        let field = Arc::new(self.flood(&starts));
-        self.fields.insert(key, Arc::clone(&field));
-        field
+        let distances = Arc::new(self.flood(&starts));
+        self.ways.insert(key, Arc::clone(&distances));
+        distances
     }
 
     fn free_tiles(&self, low: (usize, usize), high: (usize, usize)) -> Vec<usize> {
@@ -164,7 +164,7 @@ impl Ground {
     }
 
     /// Dijkstra's algorithm from several tiles.
-    fn flood(&self, starts: &[usize]) -> Field {
+    fn flood(&self, starts: &[usize]) -> Distances {
         let mut distances = vec![u32::MAX; self.free.len()];
         let mut heap = BinaryHeap::new();
         for &start in starts {
@@ -182,7 +182,7 @@ impl Ground {
                 }
             });
         }
-        Field { distances }
+        Distances { tiles: distances }
     }
 
     /// Calls `visit` with each free tile beside one, and what the step costs; diagonal steps cut no corner.
@@ -201,15 +201,15 @@ impl Ground {
         }
     }
 
-    /// Returns the points of a way down a field, each straight from the one before; empty where it is there, or there is no way.
-    pub(super) fn way(&self, from: DVec2, field: &Field, radius: f64) -> Vec<DVec2> {
+    /// Returns the points of a way down the distances, each straight from the one before; empty where it is there, or there is no way.
+    pub(super) fn way(&self, from: DVec2, distances: &Distances, radius: f64) -> Vec<DVec2> {
         let Some(start) = self.tile(from).map(|(x, y)| y * self.width + x) else { return Vec::new() };
         let mut tiles = vec![start];
         let mut here = start;
-        while field.distances[here] > 0 {
-            let mut best = (field.distances[here], here);
+        while distances.tiles[here] > 0 {
+            let mut best = (distances.tiles[here], here);
             self.for_each_neighbour(here, |next, cost| {
-                let distance = field.distances[next];
+                let distance = distances.tiles[next];
                 if distance < u32::MAX
                     && (distance + cost, next) < (best.0.saturating_add(cost), best.1)
                     && distance < best.0
@@ -246,9 +246,9 @@ impl Ground {
     }
 
     /// Returns how far it is from a point, in tenths of a tile; `None` where there is no way.
-    pub(super) fn distance(&self, from: DVec2, field: &Field) -> Option<u32> {
+    pub(super) fn distance(&self, from: DVec2, distances: &Distances) -> Option<u32> {
         let (x, y) = self.tile(from)?;
-        Some(field.distances[y * self.width + x]).filter(|&distance| distance < u32::MAX)
+        Some(distances.tiles[y * self.width + x]).filter(|&distance| distance < u32::MAX)
     }
 
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "checked not to be negative")]
@@ -303,9 +303,9 @@ mod tests {
     #[test]
     fn a_way_leads_around_walls_and_each_part_of_it_is_clear() {
         let mut ground = ground(&["........", ".@@@@@@.", "........", "@@@@@@..", "........"]);
-        let field = ground.field(&point(0.5, 4.5));
+        let distances = ground.distances(&point(0.5, 4.5));
         let from = DVec2::new(3.5, 0.5);
-        let way = ground.way(from, &field, 0.4);
+        let way = ground.way(from, &distances, 0.4);
         assert_eq!(way.last(), Some(&DVec2::new(0.5, 4.5)));
         let mut anchor = from;
         for &next in &way {
@@ -314,7 +314,7 @@ mod tests {
         }
         assert!(!ground.is_clear(from, DVec2::new(3.5, 2.5), 0.4, None));
         // 4 tiles to the right or 3 to the left, and down through the gap on the right: 8 or more in all.
-        assert!(ground.distance(from, &field).unwrap() > 80);
+        assert!(ground.distance(from, &distances).unwrap() > 80);
     }
 
     #[test]
@@ -323,8 +323,8 @@ mod tests {
         let house = Block { center: DVec2::new(4.0, 4.0), half: DVec2::new(2.0, 2.0) };
         ground.stand(vec![house]);
         assert!(!ground.is_free(&house));
-        let field = ground.field(&house);
-        let way = ground.way(DVec2::new(0.5, 4.5), &field, 0.2);
+        let distances = ground.distances(&house);
+        let way = ground.way(DVec2::new(0.5, 4.5), &distances, 0.2);
         assert_eq!(way, [DVec2::new(1.5, 4.5)]);
         assert!(ground.is_clear(DVec2::new(0.5, 4.5), DVec2::new(2.0, 4.5), 0.2, Some(&house)));
         assert!(!ground.is_clear(DVec2::new(0.5, 4.5), DVec2::new(2.0, 4.5), 0.2, None));
@@ -335,8 +335,8 @@ mod tests {
     #[test]
     fn where_no_way_leads_there_is_none() {
         let mut ground = ground(&["..@..", "..@..", "..@.."]);
-        let field = ground.field(&point(4.5, 1.5));
-        assert_eq!(ground.distance(DVec2::new(0.5, 0.5), &field), None);
-        assert!(ground.way(DVec2::new(0.5, 0.5), &field, 0.4).is_empty());
+        let distances = ground.distances(&point(4.5, 1.5));
+        assert_eq!(ground.distance(DVec2::new(0.5, 0.5), &distances), None);
+        assert!(ground.way(DVec2::new(0.5, 0.5), &distances, 0.4).is_empty());
     }
 }

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use maniple_view::{Command, Weapon};
 
-use super::army::Field;
+use super::army::Situation;
 use super::scene::Item;
 
 /// Cycles with nobody in range after which a unit goes back to its first mode.
@@ -40,7 +40,11 @@ pub(super) fn reaches(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon) -> boo
 }
 
 /// Returns the point at which a weapon hits most enemies, and not more friends; `None` where there is none.
-pub(super) fn best_point(targets: &[&Item<'_>], field: &Field<'_, '_>, weapon: &Weapon) -> Option<DVec2> {
+pub(super) fn best_point(
+    targets: &[&Item<'_>],
+    situation: &Situation<'_, '_>,
+    weapon: &Weapon,
+) -> Option<DVec2> {
     let radius = weapon.splash.map_or(0.0, |splash| splash.radius);
     let hit = |items: &[Item<'_>], point: DVec2| {
         let is_hit = |item: &&Item<'_>| {
@@ -50,12 +54,12 @@ pub(super) fn best_point(targets: &[&Item<'_>], field: &Field<'_, '_>, weapon: &
         i64::try_from(items.iter().filter(is_hit).count()).unwrap_or(i64::MAX)
     };
     let gain = |point: DVec2| {
-        let friends = if field.friendly_fire {
-            hit(&field.scene.own, point) + hit(&field.scene.allies, point)
+        let friends = if situation.friendly_fire {
+            hit(&situation.scene.own, point) + hit(&situation.scene.allies, point)
         } else {
             0
         };
-        hit(&field.scene.enemies, point) - 2 * friends
+        hit(&situation.scene.enemies, point) - 2 * friends
     };
     let stride = targets.len().div_ceil(CANDIDATES_MAX).max(1);
     let points = targets.iter().step_by(stride).map(|item| (gain(item.center), item.center));

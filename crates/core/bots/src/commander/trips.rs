@@ -85,8 +85,8 @@ impl Trips {
         if ground.is_clear(item.center, nearest, radius, Some(goal)) {
             return Step::Now;
         }
-        let field = ground.field(goal);
-        if ground.distance(item.center, &field) == Some(0) { Step::Now } else { Step::Along }
+        let distances = ground.distances(goal);
+        if ground.distance(item.center, &distances) == Some(0) { Step::Now } else { Step::Along }
     }
 
     /// Returns a point aside, the farther the more often it was stopped; `None` where chance hits none that is free.
@@ -99,8 +99,8 @@ impl Trips {
 
     /// Returns the points of the way to a goal, the last one within its tile.
     pub(super) fn way(&self, ground: &mut Ground, item: &Item<'_>, goal: &Block) -> Vec<DVec2> {
-        let field = ground.field(goal);
-        ground.way(item.center, &field, item.kind.shape.radius())
+        let distances = ground.distances(goal);
+        ground.way(item.center, &distances, item.kind.shape.radius())
     }
 }
 
