@@ -70,6 +70,16 @@ pub enum LoadError {
         /// Why.
         problem: String,
     },
+    /// A file that the scenario names cannot be had.
+    #[error("{path}: {problem}; {scenario} names it: mend the path there, or put the file in its place")]
+    Named {
+        /// The file.
+        path: String,
+        /// The file of the scenario.
+        scenario: String,
+        /// Why.
+        problem: String,
+    },
     /// A scenario or a file of unit types that is not UTF-8.
     #[error("{path}: not UTF-8 after byte {valid}")]
     NotText {
@@ -119,6 +129,17 @@ pub enum LoadError {
     },
 }
 
+impl LoadError {
+    /// Returns it with the scenario that names the file, if it is one that cannot be had.
+    fn named_by(self, scenario: &str) -> Self {
+        if let Self::File { path, problem } = self {
+            Self::Named { path, scenario: scenario.to_owned(), problem }
+        } else {
+            self
+        }
+    }
+}
+
 /// Returns the start of the match of a scenario.
 ///
 /// `files` gives the bytes for a path, from disk or from a replay.
@@ -133,7 +154,8 @@ pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) ->
     let unit_paths: Vec<String> =
         draft.unit_files().map(|path| joined(folder(scenario_path), path)).collect();
     let unit_texts =
-        unit_paths.iter().map(|path| recorder.read_text(path)).collect::<Result<Vec<String>, _>>()?;
+        unit_paths.iter().map(|path| recorder.read_text(path)).collect::<Result<Vec<String>, _>>();
+    let unit_texts = unit_texts.map_err(|error| error.named_by(scenario_path))?;
     let sources: Vec<Source<'_>> =
         unit_paths.iter().zip(&unit_texts).map(|(name, text)| Source { name, text }).collect();
     let scenario = draft.checked(&sources, overrides)?;
@@ -148,7 +170,8 @@ pub fn load(files: &dyn Resolver, scenario_path: &str, overrides: &Overrides) ->
         }
         (None, MapSource::File(path)) => {
             let path = joined(folder(scenario_path), path);
-            (recorder.read_map(&path)?, Some(path))
+            let map = recorder.read_map(&path).map_err(|error| error.named_by(scenario_path))?;
+            (map, Some(path))
         }
         (Some(path), _) => (recorder.read_map(path)?, Some(path.clone())),
     };
@@ -298,6 +321,14 @@ mod tests {
         check("none.toml", None, "none.toml: no such file");
         check("s/tiny.toml", Some("none.map"), "none.map: no such file");
         check("m/tiny.map", None, "m/tiny.map:1:");
+        let lost = Files(files.0.iter().filter(|file| file.path != "m/tiny.map").cloned().collect());
+        let error = load(&lost, "s/tiny.toml", &Overrides::default()).unwrap_err().to_string();
+        assert!(error.starts_with("m/tiny.map: no such file is embedded; s/tiny.toml names it"), "{error}");
+        let mut with_units = lost;
+        let text = String::from_utf8(with_units.0[0].bytes.clone()).unwrap();
+        with_units.0[0].bytes = format!("units = ['../u/none.toml']\n{text}").into_bytes();
+        let error = load(&with_units, "s/tiny.toml", &Overrides::default()).unwrap_err().to_string();
+        assert!(error.starts_with("u/none.toml: no such file is embedded; s/tiny.toml names it"), "{error}");
         check("s/tiny.toml", Some("s/tiny.toml"), "s/tiny.toml: ");
     }
 }
