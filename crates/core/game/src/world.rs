@@ -215,6 +215,12 @@ impl World {
         }
     }
 
+    /// Returns every living object as it truly is, by object number: for judges and for those who may know everything.
+    #[must_use]
+    pub fn objects(&self) -> &[Sighting] {
+        &self.sightings
+    }
+
     /// Returns the tiles that are visible to a seat at the start of the present cycle; `None`: all, there is no fog.
     #[must_use]
     pub fn visible(&self, seat: Seat) -> Option<&TileSet> {
@@ -232,6 +238,12 @@ impl World {
     #[must_use]
     pub fn died(&self, seat: Seat) -> Vec<ObjectId> {
         self.news.died.iter().filter(|&&object| self.state.sight.saw(seat, object)).copied().collect()
+    }
+
+    /// Returns all objects that died in the last cycle, by object number.
+    #[must_use]
+    pub fn dead(&self) -> &[ObjectId] {
+        &self.news.died
     }
 
     /// Returns who fired in the last cycle, at whom; `None`: at a point. In no useful order.

@@ -256,6 +256,12 @@ impl Referee {
         self.seats[seat.index()].tracker.view()
     }
 
+    /// Returns the world: for judges and for those who may know everything, never for a seat.
+    #[must_use]
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
     /// Returns the rules, with the names of the players that have come.
     #[must_use]
     pub fn rules(&self) -> Rules {
