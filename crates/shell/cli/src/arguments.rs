@@ -9,6 +9,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use maniple_game::Overrides;
 
 use crate::output::JsonFlag;
 pub(crate) use generate::MapGenerate;
@@ -76,7 +77,7 @@ pub(crate) enum Command {
     /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
     #[command(subcommand, after_help = "Example: maniple replay verify duel.replay")]
     Replay(ReplayCommand),
-    /// Measure the kinematics core on this machine
+    /// Measure what a cycle costs: in time on this machine, and in bytes
     #[command(subcommand, after_help = "Example: maniple bench scale --objects 1000,10000")]
     Bench(BenchCommand),
 }
@@ -290,6 +291,10 @@ pub(crate) enum BenchCommand {
         after_long_help = TRADEOFF_HELP
     )]
     Tradeoff(BenchTradeoff),
+    /// Count the bytes that a view costs in a cycle, for each object that moves in it, as absolute positions, plain and packed
+    /// deltas, with the bound that no encoding goes below
+    #[command(after_help = "Example: maniple bench wire --scenario config/scenarios/orts4.toml --cycles 400")]
+    Wire(BenchWire),
 }
 
 #[derive(Debug, Args)]
@@ -397,6 +402,42 @@ pub(crate) struct BenchAbsent {
     pub(crate) seed: u64,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchWire {
+    /// A scenario to play with its bots, and to count what all seats are told; without it units walk that one seat watches
+    #[arg(long, value_name = "SCENARIO.toml")]
+    pub(crate) scenario: Option<PathBuf>,
+    /// How many units walk, 1 to 1000
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 200,
+        conflicts_with = "scenario",
+        value_parser = clap::value_parser!(u32).range(1..=1000)
+    )]
+    pub(crate) objects: u32,
+    /// Cycles that are counted at most
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
+    pub(crate) cycles: u32,
+    /// The seed of the match
+    #[arg(long, value_name = "S")]
+    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+impl BenchWire {
+    /// Returns what is asked for instead of what the scenario says.
+    pub(crate) fn overrides(&self) -> Overrides {
+        Overrides { seed: self.seed, ..Overrides::default() }
+    }
 }
 
 #[derive(Debug, Args)]
