@@ -384,7 +384,7 @@ fn bench_wire_plays_a_scenario_and_names_what_it_cannot() {
         rows.as_array().expect("an array of rows").iter().map(|row| &row["encoding"]).collect();
     assert_eq!(encodings, ["absolute", "bincode", "packed"]);
     assert_eq!(rows[0]["cycles"], 50);
-    let error = fails(&["bench", "wire", "--scenario", "none.toml"], 2);
+    let error = fails(&["bench", "wire", "--scenario", "none.toml"], 3);
     assert!(error.contains("none.toml"), "{error}");
     fails(&["bench", "wire", "--objects", "0"], 2);
 }
