@@ -12,6 +12,7 @@ mod generate;
 mod kinematics;
 mod maps;
 mod matches;
+mod mirror;
 mod network;
 mod orts;
 mod packed;
