@@ -25,7 +25,7 @@ pub use handshake::{Inbound, Input};
 pub use limits::{
     FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, TOKEN_DIGITS,
 };
-pub use message::{ClientMessage, Hello, PROTOCOL, ServerMessage, Welcome};
+pub use message::{ClientMessage, Hello, PROTOCOL, ServerMessage, Watch, Welcome};
 pub use refused::Refused;
 pub use replay::{REPLAY_VERSION, Record, ReplayHeader, ReplayWriter};
 pub use replay_reader::{Partial, Replay, ReplayError, ReplayProblem, read_partial, read_replay};
