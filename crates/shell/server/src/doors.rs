@@ -22,20 +22,22 @@ pub enum Access {
     Token(Token),
 }
 
-/// The doors of a match: one for each seat, and one for those who come without a token.
+/// The doors of a match: one for each seat, one for those who come without a token, and one for spectators.
 #[derive(Debug)]
 pub(crate) struct Doors {
     access: Vec<Access>,
     /// When the next may go through; by seat.
     with_token: Vec<Mutex<Instant>>,
     without_token: Mutex<Instant>,
+    to_watch: Mutex<Instant>,
 }
 
 impl Doors {
     /// Returns the doors to seats with these rights of access.
     pub(crate) fn new(access: Vec<Access>) -> Self {
         let now = || Mutex::new(Instant::now());
-        Self { with_token: access.iter().map(|_| now()).collect(), without_token: now(), access }
+        let with_token = access.iter().map(|_| now()).collect();
+        Self { access, with_token, without_token: now(), to_watch: now() }
     }
 
     /// Waits until whoever has this token may go on: in the order in which they came. A token that opens nothing is
@@ -48,9 +50,12 @@ impl Doors {
         } else {
             return;
         };
-        let mut free_at = door.lock().await;
-        sleep_until(*free_at).await;
-        *free_at = Instant::now() + JOIN_INTERVAL;
+        go_through(door).await;
+    }
+
+    /// Waits until a spectator may go on: in the order in which they came.
+    pub(crate) async fn wait_turn_to_watch(&self) {
+        go_through(&self.to_watch).await;
     }
 
     /// Returns the seat that a token opens.
@@ -86,6 +91,13 @@ impl Doors {
     }
 }
 
+/// Waits until the door is free, and keeps it shut behind for [`JOIN_INTERVAL`].
+async fn go_through(door: &Mutex<Instant>) {
+    let mut free_at = door.lock().await;
+    sleep_until(*free_at).await;
+    *free_at = Instant::now() + JOIN_INTERVAL;
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,6 +130,9 @@ mod tests {
         doors.wait_turn(&b.to_string()).await;
         doors.wait_turn("").await;
         doors.wait_turn("nonsense").await;
+        doors.wait_turn_to_watch().await;
         assert_eq!(start.elapsed(), before);
+        doors.wait_turn_to_watch().await;
+        assert_eq!(start.elapsed(), before + JOIN_INTERVAL, "spectators have one door");
     }
 }

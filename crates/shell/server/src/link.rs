@@ -61,6 +61,17 @@ impl Link {
         }
     }
 
+    /// Queues messages that are written already, in one piece that counts as one.
+    ///
+    /// # Errors
+    /// The connection is too slow, and has to be closed.
+    pub(crate) fn push_written(&self, messages: Bytes) -> Result<(), Refused> {
+        match self.queue.try_send(messages) {
+            Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),
+            Err(TrySendError::Full(_)) => Err(Refused::TooSlow),
+        }
+    }
+
     /// Queues the last message and closes the connection behind it.
     pub(crate) fn close(self, last: &ServerMessage) {
         match encode_server(self.encoding, last) {
@@ -100,9 +111,10 @@ impl Outbox {
     }
 }
 
-fn unsendable(error: &EncodeError) -> Refused {
+/// Returns why a connection is closed to which a message cannot be written.
+pub(crate) fn unsendable(error: &EncodeError) -> Refused {
     tracing::error!(%error, "a message cannot be sent");
-    Refused::Malformed { place: "a message to this seat".to_owned(), problem: error.to_string() }
+    Refused::Malformed { place: "a message to this client".to_owned(), problem: error.to_string() }
 }
 
 #[cfg(test)]
