@@ -21,4 +21,5 @@ mod protocol;
 mod rational;
 mod readme;
 mod simulate;
+mod spectators;
 mod tournament;
