@@ -311,7 +311,10 @@ async fn there_is_an_end_to_the_number_of_spectators() {
             Err(error) => panic!("{error}"),
         }
     }
-    assert_eq!(refused, [Refused::SpectatorsFull { limit: 64 }]);
+    let full = Refused::SpectatorsFull { limit: 64 };
+    assert_eq!(refused, std::slice::from_ref(&full));
+    let another = Spectator::watch(&arena.address, "suite", B).await.err();
+    assert!(matches!(another, Some(ClientError::Refused(reason)) if reason == full));
     drop(watching.pop());
     // Until the server has noticed that one is gone, it says the same again.
     while Spectator::watch(&arena.address, "suite", A).await.is_err() {}

@@ -30,11 +30,7 @@ impl Audience {
     /// # Errors
     /// The reason that the client is told.
     pub(crate) fn check_room(&self) -> Result<(), Refused> {
-        if self.spectators.len() < SPECTATORS_MAX {
-            return Ok(());
-        }
-        let limit = u32::try_from(SPECTATORS_MAX).expect("the limit is below 2^32");
-        Err(Refused::SpectatorsFull { limit })
+        if self.spectators.len() < SPECTATORS_MAX { Ok(()) } else { Err(spectators_full()) }
     }
 
     /// Lets a connection watch.
@@ -97,6 +93,12 @@ impl Audience {
     fn spectator(&self, connection: ConnectionId) -> Option<&Spectator> {
         self.spectators.iter().find(|spectator| spectator.connection == connection)
     }
+}
+
+/// Returns the reason for one too many.
+pub(crate) fn spectators_full() -> Refused {
+    let limit = u32::try_from(SPECTATORS_MAX).expect("the limit is below 2^32");
+    Refused::SpectatorsFull { limit }
 }
 
 #[cfg(test)]

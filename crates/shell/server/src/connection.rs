@@ -150,13 +150,19 @@ async fn attend(
 ) {
     let turn = async {
         match &opening {
-            Opening::Hello(hello) => gate.doors.wait_turn(&hello.token).await,
+            Opening::Hello(hello) => {
+                gate.doors.wait_turn(&hello.token).await;
+                Ok(())
+            }
             Opening::Watch(_) => gate.doors.wait_turn_to_watch().await,
         }
     };
-    tokio::select! {
-        () = turn => {}
-        () = gate.ended.cancelled() => {}
+    let turn = tokio::select! {
+        turn = turn => turn,
+        () = gate.ended.cancelled() => Ok(()),
+    };
+    if let Err(reason) = turn {
+        return refuse(writer, reader.inbound.encoding(), reason).await;
     }
     let (link, outbox) = Link::new(reader.inbound.encoding());
     let (event, in_flight_max) = match opening {

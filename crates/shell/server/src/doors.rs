@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use maniple_protocol::Refused;
 use maniple_view::Seat;
-use tokio::sync::Mutex;
+use tokio::sync::{Mutex, Semaphore};
 use tokio::time::{Instant, sleep_until};
 
+use crate::audience::{SPECTATORS_MAX, spectators_full};
 use crate::token::Token;
 
 /// Least time between two players at one door. A welcome holds the whole terrain, so whoever came again and again with
@@ -30,6 +31,8 @@ pub(crate) struct Doors {
     with_token: Vec<Mutex<Instant>>,
     without_token: Mutex<Instant>,
     to_watch: Mutex<Instant>,
+    /// Room for spectators who wait: without a limit they could take the connections of players.
+    waiting_room: Semaphore,
 }
 
 impl Doors {
@@ -37,7 +40,13 @@ impl Doors {
     pub(crate) fn new(access: Vec<Access>) -> Self {
         let now = || Mutex::new(Instant::now());
         let with_token = access.iter().map(|_| now()).collect();
-        Self { access, with_token, without_token: now(), to_watch: now() }
+        Self {
+            access,
+            with_token,
+            without_token: now(),
+            to_watch: now(),
+            waiting_room: Semaphore::new(SPECTATORS_MAX),
+        }
     }
 
     /// Waits until whoever has this token may go on: in the order in which they came. A token that opens nothing is
@@ -54,8 +63,13 @@ impl Doors {
     }
 
     /// Waits until a spectator may go on: in the order in which they came.
-    pub(crate) async fn wait_turn_to_watch(&self) {
+    ///
+    /// # Errors
+    /// As many as can watch wait already.
+    pub(crate) async fn wait_turn_to_watch(&self) -> Result<(), Refused> {
+        let Ok(_place) = self.waiting_room.try_acquire() else { return Err(spectators_full()) };
         go_through(&self.to_watch).await;
+        Ok(())
     }
 
     /// Returns the seat that a token opens.
@@ -100,6 +114,10 @@ async fn go_through(door: &Mutex<Instant>) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use tokio::task::JoinSet;
+
     use super::*;
 
     #[test]
@@ -130,9 +148,23 @@ mod tests {
         doors.wait_turn(&b.to_string()).await;
         doors.wait_turn("").await;
         doors.wait_turn("nonsense").await;
-        doors.wait_turn_to_watch().await;
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
         assert_eq!(start.elapsed(), before);
-        doors.wait_turn_to_watch().await;
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
         assert_eq!(start.elapsed(), before + JOIN_INTERVAL, "spectators have one door");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn no_more_spectators_wait_than_may_watch() {
+        let doors = Arc::new(Doors::new(vec![Access::Open]));
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()), "the door shuts behind the first");
+        let mut waiting = JoinSet::new();
+        for _ in 0..SPECTATORS_MAX + 3 {
+            let doors = Arc::clone(&doors);
+            waiting.spawn(async move { doors.wait_turn_to_watch().await });
+        }
+        let outcomes = waiting.join_all().await;
+        assert_eq!(outcomes.iter().filter(|outcome| outcome.is_err()).count(), 3);
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
     }
 }
