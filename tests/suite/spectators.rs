@@ -159,6 +159,26 @@ async fn spectators_get_the_very_bytes_of_a_seat_later_and_nothing_younger() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn so_they_do_on_a_grid() {
+    let scenario = loaded(&format!("{WATCHED}\nview = {{ positions = 'grid', grid_bits = 8 }}"));
+    let show = Show::open(&scenario).await;
+    let mut taps = Vec::new();
+    for (vantage, encoding) in
+        [(A, Encoding::Json), (B, Encoding::Binary), (Vantage::Everything, Encoding::Binary)]
+    {
+        taps.push(Tap::watch(&show.arena, encoding, vantage).await);
+    }
+    let (told, views, _) = show.play_out().await;
+    for mut tap in taps {
+        tap.read_to_the_end().await;
+        if let Some(seat) = tap.vantage.seat() {
+            assert!(tap.told == told[seat.index()], "{}: other bytes", tap.vantage);
+            assert_eq!(Some(&tap.view), views[seat.index()].last());
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_replay_prints_the_very_messages_of_a_seat_and_of_who_watched_everything() {
     let folder = folder("replay_view");
     let mut show = Show::open(&loaded(WATCHED)).await;
@@ -193,6 +213,12 @@ async fn a_replay_prints_the_very_messages_of_a_seat_and_of_who_watched_everythi
     };
     let appeared = |cycle: usize| keyframe.appeared.len() >= 5 && keyframe.cycle.0 as usize == cycle;
     assert!(appeared(5), "{}", piece[0]);
+
+    // Whoever reads no more, as `head`, ends it.
+    let mut child = maniple(&["replay", "view", &path]).stdout(Stdio::piped()).spawn().unwrap();
+    let mut first = String::new();
+    BufReader::new(child.stdout.take().unwrap()).read_line(&mut first).unwrap();
+    assert!(first.starts_with("cycle 0: 10 objects") && child.wait().unwrap().success(), "{first}");
 
     let lines = printed(&["--seat", "1", "--to", "2"]);
     assert_eq!(lines.lines().count(), 3);

@@ -6,12 +6,12 @@ use maniple_view::{Delta, MatchResult, View};
 
 use crate::commands::serve::summary;
 use crate::failure::Failure;
-use crate::output::{Format, print_text};
+use crate::output::{Format, Reader, print_piece};
 
 /// Prints a delta after which a view is like this: a line for people, or the message of the server.
-pub(crate) fn print_cycle(format: Format, view: &View, delta: &Delta) -> Result<(), Failure> {
+pub(crate) fn print_cycle(format: Format, view: &View, delta: &Delta) -> Result<Reader, Failure> {
     match format {
-        Format::Text => print_text(&line(view, delta)),
+        Format::Text => print_piece(&line(view, delta)),
         Format::Json => print_message(&ServerMessage::Delta(delta.clone())),
     }
 }
@@ -19,14 +19,15 @@ pub(crate) fn print_cycle(format: Format, view: &View, delta: &Delta) -> Result<
 /// Prints how the match has ended.
 pub(crate) fn print_end(format: Format, result: &MatchResult) -> Result<(), Failure> {
     match format {
-        Format::Text => print_text(&summary(result)),
-        Format::Json => print_message(&ServerMessage::Ended { result: result.clone() }),
-    }
+        Format::Text => print_piece(&summary(result))?,
+        Format::Json => print_message(&ServerMessage::Ended { result: result.clone() })?,
+    };
+    Ok(())
 }
 
-fn print_message(message: &ServerMessage) -> Result<(), Failure> {
+fn print_message(message: &ServerMessage) -> Result<Reader, Failure> {
     let line = encode_server(Encoding::Json, message).map_err(Failure::failed)?;
-    print_text(std::str::from_utf8(&line).context("JSON is text").map_err(Failure::Failed)?)
+    print_piece(std::str::from_utf8(&line).context("JSON is text").map_err(Failure::Failed)?)
 }
 
 fn line(view: &View, delta: &Delta) -> String {

@@ -6,7 +6,7 @@ use maniple_view::{Seat, Vantage};
 
 use crate::arguments::Watch;
 use crate::failure::Failure;
-use crate::output::{Format, note};
+use crate::output::{Format, Reader, note};
 use crate::told::{print_cycle, print_end};
 
 /// Runs `maniple watch`.
@@ -26,7 +26,11 @@ async fn watch(arguments: &Watch) -> Result<(), Failure> {
     note(&format!("watching {view}, {delay} cycles behind; nothing comes before the match is so old"));
     loop {
         match spectator.next().await.with_context(place).map_err(Failure::Failed)? {
-            Event::Cycle(delta) => print_cycle(format, spectator.view(), &delta)?,
+            Event::Cycle(delta) => {
+                if print_cycle(format, spectator.view(), &delta)? == Reader::HasGone {
+                    return Ok(());
+                }
+            }
             Event::Pong { .. } | Event::Paused { .. } => {}
             Event::Ended(result) => return print_end(format, &result),
         }

@@ -2,13 +2,13 @@
 
 use anyhow::Context;
 use maniple_geometry::Cycle;
-use maniple_referee::{RecordedEvent, Referee};
+use maniple_referee::{RecordedEvent, Stand};
 use maniple_view::Vantage;
 
 use super::{beginning, known_seat, read};
 use crate::arguments::ReplayView;
 use crate::failure::Failure;
-use crate::output::Format;
+use crate::output::{Format, Reader};
 use crate::told::{print_cycle, print_end};
 
 pub(super) fn run(arguments: &ReplayView) -> Result<(), Failure> {
@@ -30,7 +30,10 @@ pub(super) fn run(arguments: &ReplayView) -> Result<(), Failure> {
         match &event {
             RecordedEvent::Hash { cycle, .. } if *cycle > to => return Ok(()),
             RecordedEvent::Hash { cycle, .. } if *cycle >= from => {
-                print_present(format, &referee, vantage, *cycle == from)?;
+                let stand = referee.stand(vantage).map_err(Failure::failed)?;
+                if print_present(format, stand, *cycle == from)? == Reader::HasGone {
+                    return Ok(());
+                }
             }
             RecordedEvent::Ended { result } if referee.cycle() >= from => print_end(format, result)?,
             RecordedEvent::Hash { .. }
@@ -48,11 +51,8 @@ pub(super) fn run(arguments: &ReplayView) -> Result<(), Failure> {
 }
 
 /// Prints what is told of the present cycle; the first time the keyframe.
-fn print_present(format: Format, referee: &Referee, vantage: Vantage, is_first: bool) -> Result<(), Failure> {
-    let stand = referee.stand(vantage).map_err(Failure::failed)?;
+fn print_present(format: Format, stand: &Stand, is_first: bool) -> Result<Reader, Failure> {
     let keyframe = if is_first { stand.keyframe() } else { None };
-    match &keyframe {
-        Some(keyframe) => print_cycle(format, stand.view(), keyframe),
-        None => stand.shown().iter().try_for_each(|delta| print_cycle(format, stand.view(), delta)),
-    }
+    let told = keyframe.as_ref().or_else(|| stand.shown().first());
+    told.map_or(Ok(Reader::Reads), |delta| print_cycle(format, stand.view(), delta))
 }
