@@ -23,4 +23,5 @@ mod protocol;
 mod rational;
 mod readme;
 mod simulate;
+mod spectators;
 mod tournament;

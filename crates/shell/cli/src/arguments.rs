@@ -74,7 +74,11 @@ pub(crate) enum Command {
     /// Play a seat of a running match with a shipped bot
     #[command(after_help = "Example: maniple bot straight --connect 127.0.0.1:7171 --token TOKEN")]
     Bot(Bot),
-    /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
+    /// Watch a running match, as far behind as its scenario says: what a seat sees, or everything
+    #[command(after_help = "Example: maniple watch --connect 127.0.0.1:7171 --seat 0")]
+    Watch(Watch),
+    /// Look at a replay: what it holds, whether it plays again to the same hashes, what a seat saw, a
+    /// picture of it
     #[command(subcommand, after_help = "Example: maniple replay verify duel.replay")]
     Replay(ReplayCommand),
     /// Measure what a cycle costs: in time on this machine, and in bytes
@@ -237,6 +241,19 @@ pub(crate) struct Bot {
     pub(crate) json: JsonFlag,
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct Watch {
+    /// Where the match runs
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
+    pub(crate) connect: SocketAddr,
+    /// The seat to watch; without it everything
+    #[arg(long, value_name = "K")]
+    pub(crate) seat: Option<u16>,
+    /// Print the messages of the server instead of a line a cycle: a JSON line each, the keyframe first
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum ReplayCommand {
     /// Print what was played, by whom, and how it ended
@@ -245,8 +262,11 @@ pub(crate) enum ReplayCommand {
     /// Play it again and compare the hash of every cycle; exit code 1 if one differs
     #[command(after_help = "Example: maniple replay verify duel.replay --json")]
     Verify(ReplayFile),
-    /// Draw the match at a cycle
-    #[command(after_help = "Example: maniple replay render duel.replay --cycle 100 --out duel.png")]
+    /// Print what a seat was told, cycle by cycle; or what a spectator of everything would have been told
+    #[command(after_help = "Example: maniple replay view duel.replay --seat 0 --from 100 --to 120 --json")]
+    View(ReplayView),
+    /// Draw the match at a cycle, or what a seat saw of it
+    #[command(after_help = "Example: maniple replay render duel.replay --cycle 100 --out duel.png --seat 0")]
     Render(ReplayRender),
 }
 
@@ -259,9 +279,30 @@ pub(crate) struct ReplayFile {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct ReplayView {
+    /// A replay
+    pub(crate) file: PathBuf,
+    /// The seat whose view it is; without it everything
+    #[arg(long, value_name = "K")]
+    pub(crate) seat: Option<u16>,
+    /// The first cycle to print; it begins with the keyframe of this cycle
+    #[arg(long, value_name = "C", default_value_t = 0)]
+    pub(crate) from: u32,
+    /// The last cycle to print; without it the end of the match
+    #[arg(long, value_name = "C")]
+    pub(crate) to: Option<u32>,
+    /// Print the very messages that a client at the seat got as JSON lines, instead of a line a cycle
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct ReplayRender {
     /// A replay
     pub(crate) file: PathBuf,
+    /// Draw only what this seat saw: fog is dark, what it did not know is black
+    #[arg(long, value_name = "K")]
+    pub(crate) seat: Option<u16>,
     /// The cycle at whose start the match is drawn
     #[arg(long, value_name = "N")]
     pub(crate) cycle: u32,

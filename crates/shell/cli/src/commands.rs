@@ -8,3 +8,4 @@ pub(crate) mod replay;
 pub(crate) mod serve;
 pub(crate) mod simulate;
 pub(crate) mod tournament;
+pub(crate) mod watch;

@@ -1,4 +1,4 @@
-//! The command `maniple`: serve, match, bot, replay, map, simulate, bench.
+//! The command `maniple`: serve, match, bot, watch, replay, map, simulate, bench.
 
 mod arguments;
 mod commands;
@@ -13,6 +13,7 @@ mod outcome;
 mod output;
 mod picture;
 mod start;
+mod told;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -41,6 +42,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Match(play) => commands::play::run(&play),
         Command::Serve(serve) => commands::serve::run(&serve),
         Command::Bot(bot) => commands::bot::run(&bot),
+        Command::Watch(watch) => commands::watch::run(&watch),
         Command::Replay(replay) => commands::replay::run(&replay),
         Command::Bench(bench) => commands::bench::run(&bench),
     }
@@ -51,9 +53,12 @@ fn minds_interrupts(command: &Command) -> bool {
     match command {
         Command::Serve(_) => true,
         Command::Match(play) => play.many.count.is_some(),
-        Command::Map(_) | Command::Simulate(_) | Command::Bot(_) | Command::Replay(_) | Command::Bench(_) => {
-            false
-        }
+        Command::Map(_)
+        | Command::Simulate(_)
+        | Command::Bot(_)
+        | Command::Watch(_)
+        | Command::Replay(_)
+        | Command::Bench(_) => false,
     }
 }
 
