@@ -575,7 +575,7 @@ impl Tap {
         let (body, message) = read(&mut self.stream, &mut self.frames).await?;
         let delta = match &message {
             ServerMessage::Delta(delta) => Some(delta.clone()),
-            ServerMessage::GridDelta(grid) => Some(grid.delta(self.welcome.rules.positions).unwrap()),
+            ServerMessage::GridDelta(grid) => Some(grid.clone().delta(self.welcome.rules.positions).unwrap()),
             _ => None,
         };
         if let Some(delta) = delta {
