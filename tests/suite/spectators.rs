@@ -302,7 +302,7 @@ async fn a_spectator_has_no_say_and_holds_nobody_up() {
     socket.set_recv_buffer_size(4096).unwrap();
     let mut deaf = socket.connect(show.arena.address.parse().unwrap()).await.unwrap();
     deaf.write_all(&opening(Encoding::Json, &watch(A))).await.unwrap();
-    let pings = "{\"ping\":{\"id\":1}}\n".repeat(100);
+    let pings = "{\"ping\":{\"id\":1}}\n".repeat(2000);
     while deaf.write_all(pings.as_bytes()).await.is_ok() {
         tokio::time::sleep(std::time::Duration::from_millis(1)).await;
     }
@@ -474,13 +474,12 @@ impl Show {
     async fn take(&mut self) -> bool {
         self.last.clear();
         for (seat, (tap, _)) in self.players.iter_mut().enumerate() {
-            match tap.next().await.unwrap().1 {
-                ServerMessage::Ended { result } => tap.result = Some(result),
-                _ => {
-                    self.views[seat].push(tap.view.clone());
-                    self.last.push(tap.delta.clone().unwrap());
-                }
+            if let ServerMessage::Ended { result } = tap.next().await.unwrap().1 {
+                tap.result = Some(result);
+                continue;
             }
+            self.views[seat].push(tap.view.clone());
+            self.last.push(tap.delta.clone().unwrap());
         }
         !self.last.is_empty()
     }
@@ -556,6 +555,7 @@ impl Tap {
 
     async fn open(arena: &Arena, encoding: Encoding, first: ClientMessage, vantage: Vantage) -> Self {
         let mut stream = TcpStream::connect(&arena.address).await.unwrap();
+        stream.set_nodelay(true).unwrap();
         stream.write_all(&opening(encoding, &first)).await.unwrap();
         let mut frames = FrameDecoder::new(encoding, FRAME_FROM_SERVER_MAX);
         let (_, message) = read(&mut stream, &mut frames).await.unwrap();
@@ -573,14 +573,13 @@ impl Tap {
     /// Returns the next message, with its bytes; a delta is taken in. `None` at the end.
     async fn next(&mut self) -> Option<(Vec<u8>, ServerMessage)> {
         let (body, message) = read(&mut self.stream, &mut self.frames).await?;
-        let delta = match &message {
-            ServerMessage::Delta(delta) => Some(delta.clone()),
-            ServerMessage::Packed(packed) => {
-                Some(packed.clone().unpack(&self.view, &self.welcome.rules).unwrap())
-            }
-            _ => None,
+        let message = if let ServerMessage::Packed(packed) = message {
+            ServerMessage::Delta(packed.unpack(&self.view, &self.welcome.rules).unwrap())
+        } else {
+            message
         };
-        if let Some(delta) = delta {
+        if let ServerMessage::Delta(delta) = &message {
+            let delta = delta.clone();
             self.view.apply(&delta).unwrap();
             self.told.push(body.clone());
             self.delta = Some(delta);
@@ -593,14 +592,14 @@ impl Tap {
         self.say(&ClientMessage::Ping { id: 9 }).await;
         let mut cycles = Vec::new();
         loop {
-            match self.next().await.unwrap().1 {
-                ServerMessage::Delta(delta) => cycles.push(delta.cycle.0),
-                ServerMessage::Pong { id, cycle, fraction } => {
-                    assert_eq!((id, cycle, fraction), (9, self.view.cycle(), 0.0));
-                    return cycles;
-                }
-                other => panic!("{other:?}"),
+            let message = self.next().await.unwrap().1;
+            if let ServerMessage::Delta(delta) = &message {
+                cycles.push(delta.cycle.0);
+                continue;
             }
+            let expected = ServerMessage::Pong { id: 9, cycle: self.view.cycle(), fraction: 0.0 };
+            assert_eq!(message, expected);
+            return cycles;
         }
     }
 
