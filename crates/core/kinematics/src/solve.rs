@@ -302,13 +302,11 @@ impl<S: Scalar> Solver<S> {
                 }
                 Some(&(a, b)) => {
                     let (first, second) = (&runners[a as usize], &runners[b as usize]);
-                    let halt =
-                        |partner: &Runner<S>| Halt { kind: EventKind::Object, other: Some(partner.id) };
                     if is_stopped_by((first, second), stops, time, arena) {
-                        halts.push((a, halt(second)));
+                        halts.push((a, Halt::beside(second.id)));
                     }
                     if is_stopped_by((second, first), stops, time, arena) {
-                        halts.push((b, halt(first)));
+                        halts.push((b, Halt::beside(first.id)));
                     }
                 }
             }
