@@ -6,7 +6,6 @@ use maniple_geometry::contact::{
 use maniple_geometry::{Cycle, Piece, Planar, Scalar, Segment};
 
 use crate::bands::{Band, Bands};
-use crate::event::EventKind;
 use crate::lanes::{Pairs, add_pairs_of_row, add_pairs_with_level};
 use crate::objects::Objects;
 use crate::resting::Resting;

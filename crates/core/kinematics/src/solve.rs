@@ -5,7 +5,6 @@ use maniple_geometry::{Piece, Planar, Scalar};
 
 use crate::agenda::Agenda;
 use crate::components::Components;
-use crate::event::EventKind;
 use crate::graph::{Around, Edge, Setting};
 use crate::outcome::Outcome;
 use crate::room::{component_room, make_room};

@@ -3,9 +3,8 @@
 use maniple_geometry::predicate::{circle_overlaps_segment, circles_overlap};
 use maniple_geometry::{Planar, Scalar};
 
-use crate::event::EventKind;
 use crate::graph::Setting;
-use crate::runner::{Halt, Runner};
+use crate::runner::Halt;
 use crate::solve::{Solver, is_stopped_by};
 
 impl<S: Scalar> Solver<S> {
