@@ -20,5 +20,6 @@ mod profile;
 mod protocol;
 mod rational;
 mod readme;
+mod secrecy;
 mod simulate;
 mod tournament;
