@@ -22,6 +22,7 @@ mod profile;
 mod protocol;
 mod rational;
 mod readme;
+mod secrecy;
 mod simulate;
 mod spectators;
 mod tournament;

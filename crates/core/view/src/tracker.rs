@@ -21,8 +21,8 @@ pub enum Stop {
     Arrived,
     /// It was told to.
     Ordered,
-    /// It collided with this object, or with others beside it.
-    Object(ObjectId),
+    /// It collided with this object; `None`: with several at the same moment, of which nothing but their numbers would choose one.
+    Object(Option<ObjectId>),
     /// It collided with a wall.
     Segment,
     /// It collided with the edge of the world.
@@ -230,8 +230,10 @@ impl Tracker {
     fn follow(&mut self, cycle: Cycle, sighting: &Sighting, delta: &mut Delta) {
         let own = self.eyes.vantage.owns(sighting.owner);
         let other = match sighting.stop {
-            Some(Stop::Object(other)) => self.tracked.get(&other).map(|tracked| tracked.handle),
-            Some(Stop::Arrived | Stop::Ordered | Stop::Segment | Stop::Edge) | None => None,
+            Some(Stop::Object(Some(other))) => self.tracked.get(&other).map(|tracked| tracked.handle),
+            Some(Stop::Object(None) | Stop::Arrived | Stop::Ordered | Stop::Segment | Stop::Edge) | None => {
+                None
+            }
         };
         let Some(tracked) = self.tracked.get_mut(&sighting.object) else { return };
         let object = tracked.handle;
