@@ -15,7 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::AddAssign;
 
 use maniple_geometry::{Cycle, ObjectId};
-use maniple_protocol::{Encoding, GridDelta, ServerMessage, Welcome, encode_server};
+use maniple_protocol::{Encoding, Outbound, ServerMessage, Welcome, encode_server};
 use maniple_referee::Referee;
 use maniple_view::{
     ClockMode, Command, CommandResult, Delta, Digest, Handle, Outcome, Refusal, Seat, Sequenced, View,
@@ -139,6 +139,9 @@ struct Side {
     secret: Dice,
     /// What the watcher was told last.
     delta: Delta,
+    /// A binary connection of the watcher, and what it carried last.
+    outbound: Outbound,
+    frame: Vec<u8>,
 }
 
 impl Side {
@@ -151,7 +154,9 @@ impl Side {
         let roles = scene.numbers[world].iter().enumerate();
         let roles = roles.map(|(role, &number)| (ObjectId(number), (role, None))).collect();
         let secret = Dice::new(seed, 100 + world as u64);
-        let mut side = Self { world, referee, names, roles, secret, delta };
+        let mut outbound = Outbound::for_deltas(&referee.rules());
+        let frame = outbound.encode(&ServerMessage::Delta(delta.clone())).unwrap();
+        let mut side = Self { world, referee, names, roles, secret, delta, outbound, frame };
         side.name();
         side
     }
@@ -196,19 +201,16 @@ impl Side {
         self.referee.step();
         self.referee.take_records();
         self.delta = self.referee.take_delta(scene.watcher).unwrap();
+        self.frame = self.outbound.encode(&ServerMessage::Delta(self.delta.clone())).unwrap();
         self.name();
     }
 
     /// Returns all that the watcher's connection could carry in this cycle, in every encoding.
     fn bytes(&self, watcher: Seat) -> Vec<Vec<u8>> {
-        let positions = self.referee.rules().positions;
-        let deltas = [self.delta.clone(), self.referee.keyframe(watcher)];
-        let mut bytes = Vec::new();
-        for delta in deltas {
-            if let Some(grid) = GridDelta::of(&delta, positions) {
-                bytes.push(encode_server(Encoding::Binary, &ServerMessage::GridDelta(grid)).unwrap());
-            }
-            let message = ServerMessage::Delta(delta);
+        let keyframe = ServerMessage::Delta(self.referee.keyframe(watcher));
+        let mut fresh = Outbound::for_deltas(&self.referee.rules());
+        let mut bytes = vec![self.frame.clone(), fresh.encode(&keyframe).unwrap()];
+        for message in [ServerMessage::Delta(self.delta.clone()), keyframe] {
             for encoding in [Encoding::Json, Encoding::Binary] {
                 bytes.push(encode_server(encoding, &message).unwrap());
             }
@@ -219,7 +221,8 @@ impl Side {
     fn welcome(&self, watcher: Seat) -> Vec<u8> {
         let welcome = Welcome {
             match_id: Digest(1),
-            seat: watcher,
+            seat: Some(watcher),
+            delay: None,
             seats: u16::try_from(self.referee.seats()).unwrap(),
             cycle: self.referee.cycle(),
             rate: self.referee.rate(),
