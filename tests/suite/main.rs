@@ -20,6 +20,7 @@ mod profile;
 mod protocol;
 mod rational;
 mod readme;
+mod show;
 mod simulate;
 mod spectators;
 mod tournament;
