@@ -298,7 +298,7 @@ mod tests {
             check(other, Refused::Protocol { supported: PROTOCOL });
             check(Watch { client: "a".repeat(65), ..watch.clone() }, Refused::NameTooLong { limit: 64 });
             let long = vec![b'a'; HELLO_MAX + 1];
-            let bytes = [stream(encoding, &[opening.clone()]), frame(encoding, &long)].concat();
+            let bytes = [stream(encoding, std::slice::from_ref(&opening)), frame(encoding, &long)].concat();
             check_violation(&bytes, &Refused::TooLarge { limit: limit_of(HELLO_MAX) });
         }
     }
