@@ -23,6 +23,7 @@ mod protocol;
 mod rational;
 mod readme;
 mod secrecy;
+mod show;
 mod simulate;
 mod spectators;
 mod tournament;
