@@ -14,6 +14,7 @@ mod maps;
 mod matches;
 mod network;
 mod orts;
+mod packed;
 mod pause;
 mod predicates;
 mod profile;

@@ -9,10 +9,11 @@ use std::time::Duration;
 use maniple_bots::{Bot, bot_seed, make};
 use maniple_game::{Files, Loaded, LoadedFile, Overrides, Scenario, load};
 use maniple_geometry::Cycle;
+use maniple_protocol::Packer;
 use maniple_referee::{RecordedEvent, Referee};
 use maniple_tilemap::Resolver;
 use maniple_view::{
-    Base, ClockMode, Command, Delta, Digest, EndReason, Handle, MatchResult, Outcome, Refusal, Seat,
+    Base, ClockMode, Command, Delta, Digest, EndReason, Handle, MatchResult, Outcome, Refusal, Rules, Seat,
     Sequenced, Stopped, View,
 };
 
@@ -266,6 +267,8 @@ pub(crate) struct Game {
 
 pub(crate) struct Player {
     bot: Box<dyn Bot + Send>,
+    rules: Rules,
+    packer: Packer,
     /// A copy of the view such as a client has.
     pub(crate) view: View,
     pub(crate) delta: Delta,
@@ -286,7 +289,8 @@ impl Game {
                 let mut bot = make(name, bot_seed(seed, seat)).unwrap();
                 bot.on_start(seat, &referee.rules(), referee.terrain());
                 let view = View::new(&referee.rules(), Arc::clone(referee.terrain()));
-                Player { bot, view, delta: Delta::default() }
+                let (rules, packer) = (referee.rules(), Packer::new(&referee.rules()));
+                Player { bot, rules, packer, view, delta: Delta::default() }
             })
             .collect();
         let mut game = Self { referee, players, records: Vec::new() };
@@ -314,7 +318,10 @@ impl Game {
         self.records.append(&mut self.referee.take_records());
         for (seat, player) in (0..).map(Seat).zip(&mut self.players) {
             player.delta = self.referee.take_delta(seat).expect("each step makes a delta");
-            player.view.apply(&player.delta).unwrap();
+            let packed = player.packer.pack(&player.delta);
+            let unpacked = packed.unpack(&player.view, &player.rules).unwrap();
+            assert_eq!(unpacked, player.delta);
+            player.view.apply(&unpacked).unwrap();
             assert_eq!(&player.view, self.referee.view(seat));
         }
     }

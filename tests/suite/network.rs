@@ -470,7 +470,7 @@ async fn play_json(
                 // The last answer may come after the end.
                 let _ = lines.write_all(answer.as_bytes()).await;
             }
-            ServerMessage::GridDelta(_) => panic!("JSON has doubles"),
+            ServerMessage::Packed(_) => panic!("JSON has doubles"),
             ServerMessage::Ended { result } => return (result, view),
             other @ (ServerMessage::Refused { .. }
             | ServerMessage::Pong { .. }

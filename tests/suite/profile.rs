@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use maniple_protocol::{Encoding, GridDelta, ServerMessage, encode_server, read_replay};
-use maniple_view::{Positions, Profile, Scalar, Solver};
+use maniple_protocol::{Encoding, Packer, ServerMessage, encode_server, read_replay};
+use maniple_view::{Positions, Profile, Scalar, Seat, Solver};
 
 use crate::commands::{ROOT, fails, file, folder, json, run};
 use crate::matches::{Game, open, scouts};
@@ -24,22 +24,24 @@ fn text(bytes: Vec<u8>) -> String {
 }
 
 #[test]
-fn positions_on_a_grid_take_fewer_bytes() {
+fn packed_deltas_take_fewer_bytes_and_on_a_grid_fewer_still() {
     let bytes = |tables: &str| {
         let mut game = Game::new(scouts(tables, &open(), &[8, 8]), &["random", "random"]);
-        let (mut sum, positions) = (0, game.referee.rules().positions);
+        let (mut plain, mut sum, mut packer) = (0, 0, Packer::new(&game.referee.rules()));
+        packer.pack(&game.referee.keyframe(Seat(0)));
         while game.step() {
             let delta = &game.players[0].delta;
-            let message = GridDelta::of(delta, positions)
-                .map_or_else(|| ServerMessage::Delta(delta.clone()), ServerMessage::GridDelta);
-            sum += encode_server(Encoding::Binary, &message).expect("it is encoded").len();
+            let length = |message| encode_server(Encoding::Binary, &message).expect("it is encoded").len();
+            plain += length(ServerMessage::Delta(delta.clone()));
+            sum += length(ServerMessage::Packed(packer.pack(delta)));
         }
-        sum
+        (plain, sum)
     };
-    let exact = bytes("");
-    let grids = [8, 16].map(|bits| bytes(&format!("[view]\npositions = 'grid'\ngrid_bits = {bits}")));
-    println!("bytes told to a seat: exact {exact}, grid of 2^-8 {}, of 2^-16 {}", grids[0], grids[1]);
-    assert!(grids[0] < grids[1] && 10 * grids[1] < 9 * exact, "{exact} {grids:?}");
+    let (plain, exact) = bytes("");
+    let grids = [8, 16].map(|bits| bytes(&format!("[view]\npositions = 'grid'\ngrid_bits = {bits}")).1);
+    println!("bytes told to a seat: plain {plain}, packed {exact}, on a grid of 2^-8 and 2^-16 {grids:?}");
+    assert!(2 * exact < plain && 10 * grids[0] < 9 * exact, "{plain} {exact} {grids:?}");
+    assert!(grids[0] < grids[1] && grids[1] < exact, "{exact} {grids:?}");
 }
 
 #[test]

@@ -8,10 +8,10 @@ use std::path::PathBuf;
 use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, GridDelta, HELLO_MAX, Hello,
-    NAME_MAX, PROTOCOL, Pace, REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader, ReplayWriter,
-    ServerMessage, Spot, TOKEN_DIGITS, Welcome, decode_client, decode_server, encode_client, encode_server,
-    read_replay,
+    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, NAME_MAX,
+    Outbound, PROTOCOL, PackedDelta, REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader,
+    ReplayWriter, Rest, ServerMessage, TOKEN_DIGITS, Welcome, decode_client, decode_server, encode_client,
+    encode_server, read_replay,
 };
 use maniple_referee::PAUSES_MAX;
 use maniple_view::{
@@ -107,8 +107,14 @@ fn the_bytes_of_the_document_are_the_ones_of_its_messages() {
         let message = decode_client(Encoding::Json, find(start).as_bytes()).unwrap();
         expected.push(encode_client(Encoding::Binary, &message).unwrap());
     }
-    let delta = decode_server(Encoding::Json, find("{\"delta\"").as_bytes()).unwrap();
-    expected.push(encode_server(Encoding::Binary, &delta).unwrap());
+    let server = messages.lines().filter_map(|line| decode_server(Encoding::Json, line.as_bytes()).ok());
+    let mut outbound = Outbound::new(Encoding::Binary);
+    for message in server.take(4) {
+        let frame = outbound.encode(&message).unwrap();
+        if matches!(message, ServerMessage::Delta(_)) {
+            expected.push(frame);
+        }
+    }
     for frame in expected {
         let (head, tail) = rest.split_at_checked(frame.len()).unwrap();
         assert_eq!(hex(head), hex(&frame));
@@ -204,7 +210,8 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
     vec![
         ("welcome", ServerMessage::Welcome(welcome())),
         ("delta", ServerMessage::Delta(delta())),
-        ("grid_delta", ServerMessage::GridDelta(grid_delta())),
+        ("packed", ServerMessage::Packed(packed_delta())),
+        ("packed_empty", ServerMessage::Packed(PackedDelta { cycle: Cycle(1), ..PackedDelta::default() })),
         ("delta_empty", ServerMessage::Delta(Delta { cycle: Cycle(1), ..Delta::default() })),
         ("pong", ServerMessage::Pong { id: 9, cycle: Cycle(65_535), fraction: 0.1 }),
         ("ended", ServerMessage::Ended { result: result() }),
@@ -333,31 +340,30 @@ fn own() -> Own {
     }
 }
 
-/// A delta on a grid.
-fn grid_delta() -> GridDelta {
-    let spot = |x, y, ago, fraction| Spot { x, y, ago, fraction };
-    GridDelta {
-        cycle: Cycle(300),
-        appeared: vec![
-            (
-                Handle(7),
-                UnitTypeId(1),
-                Some(Seat(1)),
-                spot(12_345, -678, 0, 0),
-                Pace { x: -300, y: 0 },
-                Status::default(),
-                None,
-            ),
-            (Handle(8), UnitTypeId(0), None, spot(0, 1, 300, 0), Pace { x: 0, y: 0 }, status(), Some(own())),
-        ],
-        moved: vec![(Handle(3), spot(1 << 40, 63, 0, 0), Pace { x: 98_304, y: -1 })],
-        stopped: vec![(Handle(5), spot(64, -64, 1, 256), Some(StopReason::Segment))],
-        sight: vec![(5, 2)],
-        revealed: vec![(5, 0, "..".to_owned())],
-        walls: vec![(5.0, 0.0, 6.0, 0.0)],
-        check: Digest(0x0123_4567_89ab_cdef),
-        ..GridDelta::default()
-    }
+/// A packed delta with every field that can be in one; its motions are not to be read.
+fn packed_delta() -> PackedDelta {
+    let Delta {
+        cycle,
+        results,
+        sight,
+        revealed,
+        walls,
+        vanished,
+        died,
+        changed,
+        shots,
+        ended,
+        stock,
+        check,
+        ..
+    } = delta();
+    let appeared = vec![
+        (Handle(7), UnitTypeId(1), Some(Seat(1)), Status::default(), None),
+        (Handle(8), UnitTypeId(0), None, status(), Some(own())),
+    ];
+    let rest =
+        Rest { results, sight, revealed, walls, appeared, vanished, died, changed, shots, ended, stock };
+    PackedDelta { cycle, rest: Some(Box::new(rest)), motions: vec![0, 127, 128, 255], check }
 }
 
 /// A delta with every shape that can be in one.

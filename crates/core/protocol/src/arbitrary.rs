@@ -9,8 +9,8 @@ use maniple_view::{
     Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Weapon, Zone,
 };
 
-use crate::grid::{GridDelta, Pace, Spot};
 use crate::message::{ClientMessage, Hello, ServerMessage, Welcome};
+use crate::packed::{PackedDelta, Rest};
 use crate::refused::Refused;
 
 /// A stream of numbers from a seed: SplitMix64 (Steele, Lea and Flood 2014).
@@ -122,7 +122,7 @@ impl Random {
             1 => ServerMessage::Refused { reason: self.refused() },
             2 => ServerMessage::Delta(self.delta()),
             3 => ServerMessage::Pong { id: self.u32(), cycle: self.cycle(), fraction: self.double() },
-            4 => ServerMessage::GridDelta(self.grid_delta()),
+            4 => ServerMessage::Packed(self.packed_delta()),
             5 => ServerMessage::Paused { seats: self.list(Self::seat), on: self.coin() },
             _ => ServerMessage::Ended { result: self.result() },
         }
@@ -208,7 +208,7 @@ impl Random {
         }
     }
 
-    fn welcome(&mut self) -> Welcome {
+    pub(crate) fn welcome(&mut self) -> Welcome {
         Welcome {
             match_id: Digest(self.number()),
             seat: self.seat(),
@@ -266,7 +266,7 @@ impl Random {
         UnitTypeId(self.u16())
     }
 
-    fn unit_type(&mut self) -> UnitType {
+    pub(crate) fn unit_type(&mut self) -> UnitType {
         UnitType {
             name: self.text(),
             shape: if self.coin() {
@@ -315,7 +315,7 @@ impl Random {
         }
     }
 
-    fn status(&mut self) -> Status {
+    pub(crate) fn status(&mut self) -> Status {
         const MODES: [Mode; 5] =
             [Mode::Normal, Mode::Switching, Mode::Alternate, Mode::SwitchingBack, Mode::Site];
         Status {
@@ -374,43 +374,37 @@ impl Random {
         Ended { object: self.handle(), task: self.task(), why: self.end_of_task() }
     }
 
-    fn grid_delta(&mut self) -> GridDelta {
-        GridDelta {
-            cycle: self.cycle(),
-            appeared: self.list(|random| {
+    fn packed_delta(&mut self) -> PackedDelta {
+        let rest = |random: &mut Self| {
+            let appeared = |random: &mut Self| {
                 (
                     random.handle(),
                     UnitTypeId(random.u16()),
                     random.maybe(Self::seat),
-                    random.spot(),
-                    random.pace(),
                     random.status(),
                     random.maybe(Self::own),
                 )
-            }),
-            moved: self.list(|random| (random.handle(), random.spot(), random.pace())),
-            stopped: self.list(|random| (random.handle(), random.spot(), random.maybe(Self::stop_reason))),
-            shots: self.list(Self::shot),
-            ended: self.list(Self::ended),
-            stock: self.maybe(Self::u32),
+            };
+            let Delta { results, sight, revealed, walls, vanished, changed, stock, .. } = random.delta();
+            let appeared = random.list(appeared);
+            Box::new(Rest {
+                results,
+                sight,
+                revealed,
+                walls,
+                appeared,
+                vanished,
+                changed,
+                stock,
+                ..Rest::default()
+            })
+        };
+        PackedDelta {
+            cycle: self.cycle(),
+            rest: self.maybe(rest),
+            motions: self.bytes(40),
             check: Digest(self.number()),
-            sight: self.list(|random| (random.u32(), random.u32())),
-            revealed: self.list(|random| (random.u32(), random.u32(), random.text())),
-            walls: self.list(|random| (random.double(), random.double(), random.double(), random.double())),
-            ..GridDelta::default()
         }
-    }
-
-    fn spot(&mut self) -> Spot {
-        Spot { x: self.whole(), y: self.whole(), ago: self.u32(), fraction: self.u16() }
-    }
-
-    fn pace(&mut self) -> Pace {
-        Pace { x: self.whole(), y: self.whole() }
-    }
-
-    fn whole(&mut self) -> i64 {
-        self.sized().cast_signed()
     }
 
     pub(crate) fn delta(&mut self) -> Delta {
@@ -454,7 +448,7 @@ impl Random {
         Base { point: self.point(), cycle: self.cycle(), fraction: self.double(), velocity: self.point() }
     }
 
-    fn stop_reason(&mut self) -> StopReason {
+    pub(crate) fn stop_reason(&mut self) -> StopReason {
         match self.below(5) {
             0 => StopReason::Arrived,
             1 => StopReason::Ordered,

@@ -7,10 +7,11 @@ mod arbitrary;
 mod codec;
 mod encoding;
 mod frame;
-mod grid;
 mod handshake;
 mod limits;
 mod message;
+mod outbound;
+mod packed;
 mod refused;
 mod replay;
 mod replay_reader;
@@ -20,12 +21,13 @@ pub use encoding::{
     encode_commands, encode_server,
 };
 pub use frame::{FrameDecoder, FrameError};
-pub use grid::{GridAppeared, GridDelta, GridError, Pace, Spot};
 pub use handshake::{Inbound, Input};
 pub use limits::{
     FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, TOKEN_DIGITS,
 };
 pub use message::{ClientMessage, Hello, PROTOCOL, ServerMessage, Welcome};
+pub use outbound::Outbound;
+pub use packed::{PackedAppeared, PackedDelta, PackedError, PackedProblem, Packer, Rest};
 pub use refused::Refused;
 pub use replay::{REPLAY_VERSION, Record, ReplayHeader, ReplayWriter};
 pub use replay_reader::{Partial, Replay, ReplayError, ReplayProblem, read_partial, read_replay};

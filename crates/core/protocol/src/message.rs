@@ -4,7 +4,7 @@ use maniple_geometry::Cycle;
 use maniple_view::{ClockMode, Delta, Digest, MatchResult, Rules, Seat, Sequenced, Terrain};
 use serde::{Deserialize, Serialize};
 
-use crate::grid::GridDelta;
+use crate::packed::PackedDelta;
 use crate::refused::Refused;
 
 /// The version of the protocol. It rises with every change of a message, a field or their order, so that two
@@ -84,8 +84,8 @@ pub enum ServerMessage {
         /// How.
         result: MatchResult,
     },
-    /// As [`ServerMessage::Delta`], in steps of the grid that the rules name; only on binary connections.
-    GridDelta(GridDelta),
+    /// As [`ServerMessage::Delta`], in few bytes; on binary connections, and only there.
+    Packed(PackedDelta),
     /// Who wants a pause, and whether there is one. To all when that changes, to who asks even if it does not, and
     /// behind the keyframe of who comes when it is not none.
     Paused {

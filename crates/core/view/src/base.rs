@@ -39,6 +39,12 @@ impl Base {
         Self { point, cycle: moment.cycle, fraction: moment.fraction, velocity: DVec2::ZERO }
     }
 
+    /// Returns the moment at which the object is at its point.
+    #[must_use]
+    pub fn moment(&self) -> Moment {
+        Moment { cycle: self.cycle, fraction: self.fraction }
+    }
+
     /// Returns the base with the same line, but evaluated at the start of `cycle`: it does not tell since when
     /// the object moves.
     #[must_use]
@@ -81,7 +87,7 @@ impl Base {
     /// object at rest is at its point, whatever the cycle.
     #[must_use]
     pub fn position(&self, cycle: Cycle) -> DVec2 {
-        let elapsed = Moment { cycle: self.cycle, fraction: self.fraction }.until(cycle);
+        let elapsed = self.moment().until(cycle);
         self.point + self.velocity * elapsed
     }
 }

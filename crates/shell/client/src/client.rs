@@ -84,7 +84,7 @@ impl Client {
         let welcome = match read(&mut stream, &mut frames, &mut buffer).await? {
             ServerMessage::Welcome(welcome) => welcome,
             ServerMessage::Refused { reason } => return Err(ClientError::Refused(reason)),
-            ServerMessage::Delta(_) | ServerMessage::GridDelta(_) => {
+            ServerMessage::Delta(_) | ServerMessage::Packed(_) => {
                 return Err(unexpected("a delta", "the welcome"));
             }
             ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
@@ -102,7 +102,10 @@ impl Client {
     pub async fn next(&mut self) -> Result<Event, ClientError> {
         match read(&mut self.stream, &mut self.frames, &mut self.buffer).await? {
             ServerMessage::Delta(delta) => self.take_in(delta),
-            ServerMessage::GridDelta(grid) => self.take_in(grid.delta(self.welcome.rules.positions)?),
+            ServerMessage::Packed(packed) => {
+                let delta = packed.unpack(&self.view, &self.welcome.rules)?;
+                self.take_in(delta)
+            }
             ServerMessage::Ended { result } => Ok(Event::Ended(result)),
             ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
             ServerMessage::Paused { seats, on } => Ok(Event::Paused { seats, on }),

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use maniple_protocol::{DecodeError, EncodeError, FrameError, GridError, Refused};
+use maniple_protocol::{DecodeError, EncodeError, FrameError, PackedError, Refused};
 use maniple_view::MismatchError;
 use thiserror::Error;
 
@@ -38,9 +38,9 @@ pub enum ClientError {
     /// The mirrored view is not the server's; connect again for a keyframe.
     #[error("{0}; connect again for a keyframe")]
     Mismatch(#[from] MismatchError),
-    /// A delta on a grid that cannot be one.
-    #[error("the server sent {0}")]
-    Grid(#[from] GridError),
+    /// A packed delta that cannot be read; connect again for a keyframe.
+    #[error("{0}; connect again for a keyframe")]
+    Packed(#[from] PackedError),
     /// A message that cannot come at this place.
     #[error("the server sent {found} where {expected} was expected")]
     Unexpected {

@@ -4,7 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use bytes::Bytes;
-use maniple_protocol::{EncodeError, Encoding, Refused, ServerMessage, encode_server};
+use maniple_protocol::{EncodeError, Encoding, Outbound, Refused, ServerMessage};
 use tokio::io::{AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
@@ -20,7 +20,7 @@ pub const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
 /// The simulation's end of a connection. It never waits; dropping it closes the connection.
 #[derive(Debug)]
 pub(crate) struct Link {
-    encoding: Encoding,
+    outbound: Outbound,
     queue: mpsc::Sender<Bytes>,
     /// Room for the last message, so that a full queue does not keep the client from being told.
     farewell: mpsc::OwnedPermit<Bytes>,
@@ -41,20 +41,16 @@ impl Link {
         let farewell = queue.clone().try_reserve_owned().expect("a new queue has room");
         let closing = CancellationToken::new();
         let guard = closing.clone().drop_guard();
-        (Self { encoding, queue, farewell, _closing: guard }, Outbox { queue: receiver, closing })
-    }
-
-    /// Returns how the messages are written.
-    pub(crate) fn encoding(&self) -> Encoding {
-        self.encoding
+        let outbound = Outbound::new(encoding);
+        (Self { outbound, queue, farewell, _closing: guard }, Outbox { queue: receiver, closing })
     }
 
     /// Queues a message. Into a connection that has gone it is lost: that this is so is told by its reader.
     ///
     /// # Errors
     /// Why the connection has to be closed: it is too slow, or nobody could take this message.
-    pub(crate) fn push(&self, message: &ServerMessage) -> Result<(), Refused> {
-        let bytes = encode_server(self.encoding, message).map_err(|error| unsendable(&error))?;
+    pub(crate) fn push(&mut self, message: &ServerMessage) -> Result<(), Refused> {
+        let bytes = self.outbound.encode(message).map_err(|error| unsendable(&error))?;
         match self.queue.try_send(bytes.into()) {
             Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),
             Err(TrySendError::Full(_)) => Err(Refused::TooSlow),
@@ -62,8 +58,8 @@ impl Link {
     }
 
     /// Queues the last message and closes the connection behind it.
-    pub(crate) fn close(self, last: &ServerMessage) {
-        match encode_server(self.encoding, last) {
+    pub(crate) fn close(mut self, last: &ServerMessage) {
+        match self.outbound.encode(last) {
             Ok(bytes) => drop(self.farewell.send(bytes.into())),
             Err(error) => tracing::error!(%error, "the last message cannot be sent"),
         }
@@ -113,7 +109,7 @@ mod tests {
 
     #[tokio::test]
     async fn a_full_queue_is_too_slow_and_the_client_is_told_at_the_end() {
-        let (link, outbox) = Link::new(Encoding::Json);
+        let (mut link, outbox) = Link::new(Encoding::Json);
         for id in (0..).take(OUT_QUEUE_MAX) {
             link.push(&pong(id)).unwrap();
         }
@@ -130,7 +126,7 @@ mod tests {
     #[tokio::test]
     async fn a_connection_that_takes_nothing_is_given_up() {
         tokio::time::pause();
-        let (link, outbox) = Link::new(Encoding::Binary);
+        let (mut link, outbox) = Link::new(Encoding::Binary);
         link.push(&pong(1)).unwrap();
         link.refuse(Refused::Shutdown);
         let (mut nearby, _far) = tokio::io::duplex(1);
@@ -140,7 +136,7 @@ mod tests {
 
     #[test]
     fn what_is_pushed_to_a_connection_that_has_gone_is_lost() {
-        let (link, outbox) = Link::new(Encoding::Binary);
+        let (mut link, outbox) = Link::new(Encoding::Binary);
         drop(outbox);
         assert_eq!(link.push(&pong(1)), Ok(()));
         link.refuse(Refused::Shutdown);

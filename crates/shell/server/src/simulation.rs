@@ -3,9 +3,9 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use maniple_protocol::{Encoding, GridDelta, Hello, Input, Refused, ServerMessage, Welcome};
+use maniple_protocol::{Hello, Input, Refused, ServerMessage, Welcome};
 use maniple_referee::{Paused, Referee};
-use maniple_view::{ClockMode, Delta, Digest, MatchResult, Seat};
+use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use tokio::sync::OwnedSemaphorePermit;
 
 use crate::connection::ConnectionId;
@@ -288,18 +288,8 @@ impl Simulation {
 
     fn send_delta(&mut self, seat: Seat) {
         if let Some(delta) = self.referee.take_delta(seat) {
-            self.send(seat, &self.message_of(seat, delta));
+            self.send(seat, &ServerMessage::Delta(delta));
         }
-    }
-
-    /// Returns the message of a delta: on a grid, to who reads binary frames, in whole numbers.
-    fn message_of(&self, seat: Seat, delta: Delta) -> ServerMessage {
-        let positions = self.referee.loaded().scenario.profile.positions;
-        let grid = match self.table.encoding(seat) {
-            Some(Encoding::Binary) => GridDelta::of(&delta, positions),
-            Some(Encoding::Json) | None => None,
-        };
-        grid.map_or(ServerMessage::Delta(delta), ServerMessage::GridDelta)
     }
 
     fn send(&mut self, seat: Seat, message: &ServerMessage) {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use maniple_protocol::{Encoding, Refused, ServerMessage};
+use maniple_protocol::{Refused, ServerMessage};
 use maniple_view::Seat;
 
 use crate::connection::ConnectionId;
@@ -60,13 +60,8 @@ impl Table {
     ///
     /// # Errors
     /// Why the connection has to be closed.
-    pub(crate) fn push(&self, seat: Seat, message: &ServerMessage) -> Result<(), Refused> {
-        self.occupants[seat.index()].as_ref().map_or(Ok(()), |occupant| occupant.link.push(message))
-    }
-
-    /// Returns how the messages to a seat are written; `None` where nobody sits.
-    pub(crate) fn encoding(&self, seat: Seat) -> Option<Encoding> {
-        self.occupants[seat.index()].as_ref().map(|occupant| occupant.link.encoding())
+    pub(crate) fn push(&mut self, seat: Seat, message: &ServerMessage) -> Result<(), Refused> {
+        self.occupants[seat.index()].as_mut().map_or(Ok(()), |occupant| occupant.link.push(message))
     }
 
     /// Returns the seat of a connection; `None` if it has none, or none any more.
@@ -85,6 +80,8 @@ impl Table {
 
 #[cfg(test)]
 mod tests {
+    use maniple_protocol::Encoding;
+
     use super::*;
     use crate::doors::Access;
     use crate::token::Token;
