@@ -336,13 +336,17 @@ const digest = kind((body) => {
   if (wide) body.take(1);
   return (wide ? body.data.readBigUInt64LE(body.take(8)) : uint.read(body)).toString(16).padStart(16, "0");
 });
-const text = kind(
+const bytes = kind(
   (body) => {
     const length = uint.read(body);
     const at = body.take(length);
-    return body.data.toString("utf8", at, at + length);
+    return body.data.subarray(at, at + length);
   },
-  (value) => [...uint.write(Buffer.byteLength(value)), Buffer.from(value)],
+  (value) => [...uint.write(value.length), value],
+);
+const text = kind(
+  (body) => bytes.read(body).toString(),
+  (value) => bytes.write(Buffer.from(value)),
 );
 const list = (item) =>
   kind(
@@ -475,20 +479,148 @@ const stopReason = choice({
   arrived: null, ordered: null, object: record({ other: option(uint) }), segment: null, edge: null,
 });
 const why = names("done", "blocked", "lost", "empty", "no_room", "not_affordable", "missing", "too_many");
-const delta = record({
-  cycle: uint, results: list(record({ seq: uint, outcome })), sight: list(sequence(uint, uint)),
+const seen = { object: uint, unit_type: uint, owner: option(uint) };
+const before = {
+  results: list(record({ seq: uint, outcome })), sight: list(sequence(uint, uint)),
   revealed: list(sequence(uint, uint, text)), walls: list(wall),
-  appeared: list(record({ object: uint, unit_type: uint, owner: option(uint), base, status, own })),
-  moved: list(record({ object: uint, base })),
-  stopped: list(record({ object: uint, point, cycle: uint, fraction: double, reason: option(stopReason) })),
+};
+const after = {
   vanished: uints, died: uints, changed: list(record({ object: uint, status: option(status), own })),
   shots: list(record({ object: uint, target: option(uint) })), ended: list(record({ object: uint, task, why })),
-  stock: option(uint), check: digest,
+  stock: option(uint),
+};
+const delta = record({
+  cycle: uint, ...before, appeared: list(record({ ...seen, base, status, own })),
+  moved: list(record({ object: uint, base })),
+  stopped: list(record({ object: uint, point, cycle: uint, fraction: double, reason: option(stopReason) })),
+  ...after, check: digest,
 });
+const rest = option(record({ ...before, appeared: list(record({ ...seen, status, own })), ...after }));
+const packed = record({ cycle: uint, rest, motions: bytes, check: digest });
 const fromServer = choice({
   welcome, refused: record({ reason: refused }), delta, pong: record({ id: uint, cycle: uint, fraction: double }),
-  ended: record({ result }), grid_delta: null, paused: record({ seats: uints, on: flag }),
+  ended: record({ result }), packed, paused: record({ seats: uints, on: flag }),
 });
+
+/** Returns the delta that a packed one stands for: section 6, *Packed*. */
+function unpacked({ cycle, rest, motions: data, check }, view) {
+  const nothing = { results: [], sight: [], revealed: [], walls: [], appeared: [], vanished: [], died: [], changed: [],
+    shots: [], ended: [], stock: null };
+  const motions = new Motions(data, cycle, view);
+  const delta = { ...(rest ?? nothing), cycle, check };
+  delta.appeared = delta.appeared.map((each) => ({ ...each, base: motions.motion(each.unit_type, null) }));
+  delta.moved = motions.moved();
+  delta.stopped = motions.stopped();
+  return delta;
+}
+
+/** The motions of a packed delta, which leave out what the view can tell. */
+class Motions extends Body {
+  static #reasons = [null, "arrived", "ordered", "segment", "edge"];
+  static #scratch = new DataView(new ArrayBuffer(8));
+
+  constructor(data, cycle, view) {
+    super(data);
+    this.cycle = cycle;
+    this.view = view;
+    const grid = view.rules.positions.grid;
+    this.step = grid ? 2 ** -grid.bits : null; // of points; null: positions are exact
+    this.pace = grid ? this.step / 256 : null; // of velocities
+  }
+
+  moved() {
+    const moved = [];
+    let object = -1;
+    for (let left = this.data.length > 0 ? this.unsigned() : 0; left > 0; left--) {
+      object += 1 + this.unsigned();
+      const thing = this.view.objects.get(object);
+      moved.push({ object, base: this.motion(thing.unit_type, thing.base) });
+    }
+    return moved;
+  }
+
+  stopped() {
+    const stopped = [];
+    let object = -1;
+    while (this.at < this.data.length) {
+      object += 1 + this.unsigned();
+      const flags = byte.read(this);
+      const spot = this.spot(flags, this.view.objects.get(object).base);
+      const why = flags >> 4;
+      const other = why === 6 ? this.unsigned() : null;
+      stopped.push({ object, ...spot, reason: why < 5 ? Motions.#reasons[why] : { object: { other } } });
+    }
+    return stopped;
+  }
+
+  motion(unitType, before) {
+    const flags = byte.read(this);
+    const spot = this.spot(flags, before);
+    const how = (flags >> 4) & 3;
+    if (how === 0) return { ...spot, velocity: [this.number(this.pace), this.number(this.pace)] };
+    if (how === 3) return { ...spot, velocity: [0, 0] };
+    const type = this.view.rules.unit_types[unitType];
+    const { speed } = how === 1 ? type : type.alternate;
+    const given = this.number(this.pace);
+    const follows = Math.sqrt(Math.max(speed * speed - given * given, 0));
+    let other = this.differing(this.near(follows, this.pace), this.pace);
+    if (flags & 128) other = -other;
+    return { ...spot, velocity: flags & 64 ? [other, given] : [given, other] };
+  }
+
+  spot(flags, before) {
+    const ago = [1, 1, 0][flags & 3] ?? this.unsigned();
+    let fraction = 0;
+    if (flags & 1) fraction = this.step === null ? double.read(this) : this.unsigned() / 256;
+    const where = (flags >> 2) & 3;
+    let point;
+    if (where === 2) {
+      point = [this.number(this.step), this.number(this.step)];
+    } else {
+      const time = this.cycle - ago - before.cycle - before.fraction + fraction;
+      point = before.point.map((p, axis) => this.near(p + before.velocity[axis] * time, this.step));
+      if (where === 1) point = point.map((each) => this.differing(each, this.step));
+    }
+    return { point, cycle: this.cycle - ago, fraction };
+  }
+
+  number(step) {
+    return step === null ? double.read(this) : Number(this.signed()) * step;
+  }
+
+  near(value, step) {
+    return step === null ? value : Math.floor(value / step + 0.5) * step;
+  }
+
+  /** Returns the number that is so many steps away, or so many doubles. */
+  differing(value, step) {
+    const difference = this.signed();
+    if (step !== null) return value + Number(difference) * step;
+    const turned = (bits) => (bits >= 0n ? bits : bits ^ 0x7fffffffffffffffn); // the doubles in order, and back
+    const scratch = Motions.#scratch;
+    scratch.setFloat64(0, value);
+    scratch.setBigInt64(0, turned(BigInt.asIntN(64, turned(scratch.getBigInt64(0)) + difference)));
+    return scratch.getFloat64(0);
+  }
+
+  unsigned() {
+    return Number(this.wide());
+  }
+
+  signed() {
+    const value = this.wide();
+    return (value >> 1n) ^ -(value & 1n);
+  }
+
+  wide() {
+    let value = 0n;
+    for (let shift = 0n; ; shift += 7n) {
+      const next = byte.read(this);
+      value |= BigInt(next & 127) << shift;
+      if (next < 128) return value;
+    }
+  }
+}
 
 // --- the connection
 
@@ -586,8 +718,8 @@ export async function play(bot, { host, port, token = "", binary = false, confor
         if (name === "welcome") {
           view = new View(fields);
           bot.onStart(view);
-        } else if (name === "delta") {
-          view.apply(fields);
+        } else if (name === "delta" || name === "packed") {
+          view.apply(name === "delta" ? fields : unpacked(fields, view));
           checks += 1;
           link.say(...answer(link, view, bot, conformance));
         } else if (name === "refused") {

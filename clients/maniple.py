@@ -21,6 +21,7 @@ What is on the wire is told in docs/PROTOCOL.md; numbers of sections in this fil
 
 import argparse
 import json
+import math
 import random
 import socket
 import struct
@@ -262,6 +263,7 @@ BYTE = Kind(lambda body: body.take(1)[0], lambda value: bytes([value]))
 DIGEST = Kind(lambda body: f"{read_varint(body):016x}", lambda value: write_varint(int(value, 16)))
 TEXT = Kind(lambda body: body.take(read_varint(body)).decode(),
             lambda value: write_varint(len(value.encode())) + value.encode())
+BYTES = Kind(lambda body: body.take(read_varint(body)), lambda value: write_varint(len(value)) + value)
 
 
 def list_of(kind):
@@ -368,18 +370,122 @@ STOP_REASON = enum(arrived=None, ordered=None, object=record(other=option(UINT))
 ENDED = record(
     object=UINT, task=TASK,
     why=enum("done", "blocked", "lost", "empty", "no_room", "not_affordable", "missing", "too_many"))
-DELTA = record(
-    cycle=UINT, results=list_of(record(seq=UINT, outcome=OUTCOME)), sight=list_of(sequence(UINT, UINT)),
-    revealed=list_of(sequence(UINT, UINT, TEXT)), walls=list_of(WALL),
-    appeared=list_of(record(object=UINT, unit_type=UINT, owner=option(UINT), base=BASE, status=STATUS, own=option(OWN))),
-    moved=list_of(record(object=UINT, base=BASE)),
-    stopped=list_of(record(object=UINT, point=POINT, cycle=UINT, fraction=DOUBLE, reason=option(STOP_REASON))),
-    vanished=UINTS, died=UINTS, changed=list_of(record(object=UINT, status=option(STATUS), own=option(OWN))),
-    shots=list_of(record(object=UINT, target=option(UINT))), ended=list_of(ENDED), stock=option(UINT), check=DIGEST)
+SEEN = {"object": UINT, "unit_type": UINT, "owner": option(UINT)}
+SHOWN = {"status": STATUS, "own": option(OWN)}
+REST = {  # what a packed delta has as it is
+    "results": list_of(record(seq=UINT, outcome=OUTCOME)), "sight": list_of(sequence(UINT, UINT)),
+    "revealed": list_of(sequence(UINT, UINT, TEXT)), "walls": list_of(WALL),
+    "appeared": list_of(record(**SEEN, **SHOWN)), "vanished": UINTS, "died": UINTS,
+    "changed": list_of(record(object=UINT, status=option(STATUS), own=option(OWN))),
+    "shots": list_of(record(object=UINT, target=option(UINT))), "ended": list_of(ENDED), "stock": option(UINT)}
+BEFORE, AFTER = ("results", "sight", "revealed", "walls"), ("vanished", "died", "changed", "shots", "ended", "stock")
+DELTA = {
+    **{name: REST[name] for name in BEFORE}, "appeared": list_of(record(**SEEN, base=BASE, **SHOWN)),
+    "moved": list_of(record(object=UINT, base=BASE)),
+    "stopped": list_of(record(object=UINT, point=POINT, cycle=UINT, fraction=DOUBLE, reason=option(STOP_REASON))),
+    **{name: REST[name] for name in AFTER}}
 FROM_SERVER = enum(
-    welcome=WELCOME, refused=record(reason=REFUSED), delta=DELTA,
-    pong=record(id=UINT, cycle=UINT, fraction=DOUBLE), ended=record(result=RESULT), grid_delta=None,
+    welcome=WELCOME, refused=record(reason=REFUSED), delta=record(cycle=UINT, **DELTA, check=DIGEST),
+    pong=record(id=UINT, cycle=UINT, fraction=DOUBLE), ended=record(result=RESULT),
+    packed=record(cycle=UINT, rest=option(record(**REST)), motions=BYTES, check=DIGEST),
     paused=record(seats=UINTS, on=FLAG))
+NO_REST = {name: None if name == "stock" else [] for name in REST}
+
+
+def unpacked(packed, view):
+    """Returns the delta that a packed one stands for: section 6, *Packed*."""
+    delta = {**(packed["rest"] or NO_REST), "cycle": packed["cycle"], "check": packed["check"]}
+    motions = Motions(packed["motions"], packed["cycle"], view)
+    delta["appeared"] = [{**each, "base": motions.motion(each["unit_type"], None)} for each in delta["appeared"]]
+    delta["moved"], delta["stopped"] = motions.moved(), motions.stopped()
+    return delta
+
+
+class Motions(Body):
+    """The motions of a packed delta, which leave out what the view can tell."""
+
+    REASONS = (None, "arrived", "ordered", "segment", "edge")
+
+    def __init__(self, data, cycle, view):
+        super().__init__(data)
+        self.cycle, self.view = cycle, view
+        positions = view.rules["positions"]
+        self.is_exact = positions == "exact"
+        self.step = None if self.is_exact else 2.0 ** -positions["grid"]["bits"]  # of points
+        self.pace = None if self.is_exact else self.step / 256  # of velocities
+
+    def moved(self):
+        moved, handle = [], -1
+        for _ in range(self.unsigned() if self.data else 0):
+            handle += 1 + self.unsigned()
+            thing = self.view.objects[handle]
+            moved.append({"object": handle, "base": self.motion(thing.unit_type, thing.base)})
+        return moved
+
+    def stopped(self):
+        stopped, handle = [], -1
+        while self.at < len(self.data):
+            handle += 1 + self.unsigned()
+            flags = self.take(1)[0]
+            spot, why = self.spot(flags, self.view.objects[handle].base), flags >> 4
+            reason = self.REASONS[why] if why < 5 else {"object": {"other": self.unsigned() if why == 6 else None}}
+            stopped.append({"object": handle, **spot, "reason": reason})
+        return stopped
+
+    def motion(self, unit_type, before):
+        flags = self.take(1)[0]
+        spot, how = self.spot(flags, before), flags >> 4 & 3
+        if how == 0:
+            return {**spot, "velocity": [self.number(self.pace), self.number(self.pace)]}
+        if how == 3:
+            return {**spot, "velocity": [0.0, 0.0]}
+        kind = self.view.rules["unit_types"][unit_type]
+        speed, given = (kind if how == 1 else kind["alternate"])["speed"], self.number(self.pace)
+        follows = math.sqrt(max(speed * speed - given * given, 0.0))
+        other = self.differing(self.near(follows, self.pace), self.pace)
+        other = -other if flags & 128 else other
+        return {**spot, "velocity": [other, given] if flags & 64 else [given, other]}
+
+    def spot(self, flags, before):
+        ago = (1, 1, 0, None)[flags & 3]
+        ago = self.unsigned() if ago is None else ago
+        fraction = 0.0
+        if flags & 1:
+            fraction = self.number(None) if self.is_exact else self.unsigned() / 256
+        if flags >> 2 & 3 == 2:
+            point = [self.number(self.step), self.number(self.step)]
+        else:
+            time = float(self.cycle - ago) - float(before["cycle"]) - before["fraction"] + fraction
+            point = [self.near(p + v * time, self.step) for p, v in zip(before["point"], before["velocity"])]
+            if flags >> 2 & 3 == 1:
+                point = [self.differing(each, self.step) for each in point]
+        return {"point": point, "cycle": self.cycle - ago, "fraction": fraction}
+
+    def number(self, step):
+        return struct.unpack("<d", self.take(8))[0] if step is None else self.signed() * step
+
+    def near(self, value, step):
+        return value if step is None else math.floor(value / step + 0.5) * step
+
+    def differing(self, value, step):
+        """Returns the number that is so many steps away, or so many doubles."""
+        if step is not None:
+            return value + self.signed() * step
+        turned = lambda bits: bits if bits >= 0 else bits ^ 2**63 - 1  # the doubles in order, and back
+        place = turned(struct.unpack("<q", struct.pack("<d", value))[0]) + self.signed()
+        return struct.unpack("<d", struct.pack("<q", turned((place + 2**63) % 2**64 - 2**63)))[0]
+
+    def unsigned(self):
+        value, shift, byte = 0, 0, 128
+        while byte & 128:
+            byte = self.take(1)[0]
+            value |= (byte & 127) << shift
+            shift += 7
+        return value
+
+    def signed(self):
+        value = self.unsigned()
+        return value >> 1 ^ -(value & 1)
 
 
 # --- the connection
@@ -465,8 +571,8 @@ def play(bot, host, port, token="", binary=False, conformance=False):
                 if name == "welcome":
                     view = View(fields)
                     bot.on_start(view)
-                elif name == "delta":
-                    view.apply(fields)
+                elif name in ("delta", "packed"):
+                    view.apply(fields if name == "delta" else unpacked(fields, view))
                     checks += 1
                     link.say(*answer(link, view, bot, conformance))
                 elif name == "refused":

@@ -6,6 +6,7 @@
 mod architecture;
 mod arena;
 mod bench;
+mod clients;
 mod commands;
 mod fog;
 mod generate;
