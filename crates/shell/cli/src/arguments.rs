@@ -1,5 +1,6 @@
 //! The command line.
 
+mod conformance;
 mod generate;
 mod profile;
 mod tournament;
@@ -11,6 +12,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::output::JsonFlag;
+pub(crate) use conformance::{ConformanceCommand, ConformanceServe};
 pub(crate) use generate::MapGenerate;
 pub(crate) use profile::ProfileArguments;
 pub(crate) use tournament::ManyArguments;
@@ -73,6 +75,9 @@ pub(crate) enum Command {
     /// Play a seat of a running match with a shipped bot
     #[command(after_help = "Example: maniple bot straight --connect 127.0.0.1:7171 --token TOKEN")]
     Bot(Bot),
+    /// Test a client that somebody wrote
+    #[command(subcommand, after_help = "Example: maniple conformance serve")]
+    Conformance(ConformanceCommand),
     /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
     #[command(subcommand, after_help = "Example: maniple replay verify duel.replay")]
     Replay(ReplayCommand),

@@ -1,4 +1,4 @@
-//! The command `maniple`: serve, match, bot, replay, map, simulate, bench.
+//! The command `maniple`: serve, match, bot, conformance, replay, map, simulate, bench.
 
 mod arguments;
 mod commands;
@@ -41,6 +41,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Match(play) => commands::play::run(&play),
         Command::Serve(serve) => commands::serve::run(&serve),
         Command::Bot(bot) => commands::bot::run(&bot),
+        Command::Conformance(conformance) => commands::conformance::run(&conformance),
         Command::Replay(replay) => commands::replay::run(&replay),
         Command::Bench(bench) => commands::bench::run(&bench),
     }
@@ -51,9 +52,12 @@ fn minds_interrupts(command: &Command) -> bool {
     match command {
         Command::Serve(_) => true,
         Command::Match(play) => play.many.count.is_some(),
-        Command::Map(_) | Command::Simulate(_) | Command::Bot(_) | Command::Replay(_) | Command::Bench(_) => {
-            false
-        }
+        Command::Map(_)
+        | Command::Simulate(_)
+        | Command::Bot(_)
+        | Command::Conformance(_)
+        | Command::Replay(_)
+        | Command::Bench(_) => false,
     }
 }
 
