@@ -165,7 +165,8 @@ class View:
             self.stock = delta["stock"]
         self._apply_ground(delta)
         for handle in delta["vanished"] + delta["died"]:
-            self.sum -= self.objects.pop(handle).hash()
+            self.sum -= self._known(handle).hash()
+            del self.objects[handle]
         for moved in delta["moved"]:
             self._change(moved["object"], base=moved["base"])
         for stop in delta["stopped"]:
@@ -184,8 +185,13 @@ class View:
         """Returns the hash of the view: section 8."""
         return f"{fnv(struct.pack('<IIQ', self.cycle, self.stock, self.sum % 2**64)):016x}"
 
+    def _known(self, handle):
+        if handle not in self.objects:
+            raise Trouble(f"the delta of cycle {self.cycle} changes object {handle}, which is not in the view")
+        return self.objects[handle]
+
     def _change(self, handle, **fields):
-        thing = self.objects[handle]
+        thing = self._known(handle)
         self.sum -= thing.hash()
         for key, value in fields.items():
             if value is not None:

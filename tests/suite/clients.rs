@@ -22,20 +22,20 @@ pub(crate) struct Program {
     pub(crate) name: &'static str,
     words: Vec<String>,
     options: &'static [&'static str],
-    encoding: Encoding,
+    pub(crate) encoding: Encoding,
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn each_client_races_through_fog_and_walls_that_it_explores() {
     for program in programs() {
-        play_to_the_end(&program, &race("exact"), "straight").await;
+        play_to_the_end(&program, &race("positions = 'exact'", 40), "straight").await;
     }
 }
 
 #[tokio::test(flavor = "multi_thread")]
 async fn each_client_understands_positions_on_a_grid() {
     for program in programs() {
-        play_to_the_end(&program, &race("grid"), "straight").await;
+        play_to_the_end(&program, &race("positions = 'grid', grid_bits = 7", 40), "straight").await;
     }
 }
 
@@ -52,7 +52,7 @@ async fn each_client_fights_trains_and_loses_units() {
 #[tokio::test(flavor = "multi_thread")]
 async fn each_client_stops_when_a_single_bit_of_its_view_is_wrong() {
     for program in programs() {
-        let arena = Arena::open(&race("exact"), ClockMode::Lockstep);
+        let arena = Arena::open(&race("positions = 'exact'", 40), ClockMode::Lockstep);
         let other = tokio::spawn(play_to_the_last(arena.client(1).await, bot("straight", 1)));
         let address = flipping(&arena.address, program.encoding).await;
         let output = program.run(&address, &arena.tokens[0], &[]).await;
@@ -67,7 +67,7 @@ async fn each_client_stops_when_a_single_bit_of_its_view_is_wrong() {
 #[tokio::test(flavor = "multi_thread")]
 async fn each_client_says_why_the_server_refused_it() {
     for program in programs() {
-        let arena = Arena::open(&race("exact"), ClockMode::Lockstep);
+        let arena = Arena::open(&race("positions = 'exact'", 40), ClockMode::Lockstep);
         let output = program.run(&arena.address, "not a token", &[]).await;
         let told = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{}: {told}", program.name);
@@ -210,12 +210,12 @@ fn is_there(program: &str) -> bool {
     Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
 }
 
-/// Returns a race over obstacles that nobody knows at the start.
-fn race(positions: &str) -> Loaded {
+/// Returns a race of so many seconds over obstacles that nobody knows at the start, with this `[view]`.
+pub(crate) fn race(view: &str, seconds: u32) -> Loaded {
     let seat = "{ groups = [{ unit = 'scout', count = 6 }] }";
     scenario(&format!(
-        "name = 'race'\nlength_seconds = 40\nseed = 3\nobjective = {{ kind = 'race' }}\nseat = [{seat}, {seat}]\n\
-         vision = {{ terrain = 'explored', walls_block = true }}\nview = {{ positions = '{positions}' }}\n\
+        "name = 'race'\nlength_seconds = {seconds}\nseed = 3\nobjective = {{ kind = 'race' }}\nseat = [{seat}, {seat}]\n\
+         vision = {{ terrain = 'explored', walls_block = true }}\nview = {{ {view} }}\n\
          unit.scout = {{ radius = 0.3, speed = 3, sight = 6 }}\n\
          [generate]\nkind = 'obstacles'\nwidth = 32\nheight = 32\n"
     ))

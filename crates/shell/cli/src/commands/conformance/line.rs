@@ -53,10 +53,8 @@ impl Line {
             match self.stream.read(&mut buffer) {
                 Ok(0) => return Heard::Closed,
                 Ok(count) => self.inbound.handle_bytes(&buffer[..count]),
-                Err(error) => match error.kind() {
-                    ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted => {}
-                    _ => return Heard::Closed,
-                },
+                Err(error) if is_passing(error.kind()) => {}
+                Err(_) => return Heard::Closed,
             }
         }
     }
@@ -88,4 +86,9 @@ impl Line {
             }
         }
     }
+}
+
+/// Returns whether an error says only that nothing has come yet.
+fn is_passing(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted)
 }

@@ -56,7 +56,7 @@ pub(crate) struct Verdict {
     pub(crate) cycles: u32,
     /// Deltas after which the client proved that its view is the server's.
     pub(crate) proved: u32,
-    /// Deltas that were sent.
+    /// Deltas that were to be answered: all but the last.
     pub(crate) deltas: u32,
     /// Commands of the client.
     pub(crate) commands: u32,
