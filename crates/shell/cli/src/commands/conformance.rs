@@ -115,7 +115,7 @@ impl Test {
 
     /// Takes the hello and answers with welcome and keyframe.
     fn greet(&self, line: &mut Line, judge: &mut Judge) -> Result<(), Mistake> {
-        let hello = match self.hear(line)? {
+        let hello = match self.hear(line, Instant::now() + self.patience)? {
             Input::Hello(hello) => hello,
             Input::Violation(reason) => return Err(self.refuse(line, reason)),
             Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. } | Input::Pause { .. } => {
@@ -140,8 +140,9 @@ impl Test {
 
     /// Takes what the client says until it is done with the cycle.
     fn take_answer(&self, line: &mut Line, judge: &mut Judge) -> Result<(), Mistake> {
+        let deadline = Instant::now() + self.patience;
         while !judge.is_answered() {
-            match self.hear(line)? {
+            match self.hear(line, deadline)? {
                 Input::Violation(reason) => return Err(self.refuse(line, reason)),
                 Input::Hello(_) => return Err(self.refuse(line, Refused::Handshake)),
                 Input::Commands { seen_cycle, list } => judge.handle_commands(seen_cycle, list),
@@ -153,8 +154,8 @@ impl Test {
         Ok(())
     }
 
-    fn hear(&self, line: &mut Line) -> Result<Input, Mistake> {
-        match line.hear(Instant::now() + self.patience) {
+    fn hear(&self, line: &mut Line, deadline: Instant) -> Result<Input, Mistake> {
+        match line.hear(deadline) {
             Heard::Input(input) => Ok(input),
             Heard::Closed => Err(Mistake::Closed),
             Heard::Silence => Err(Mistake::Silent { seconds: self.patience.as_secs() }),

@@ -105,10 +105,12 @@ impl Judge {
             }
             return;
         }
-        self.given += list.len();
-        if self.referee.handle_commands(CLIENT, seen_cycle, list).is_err() {
-            self.given = 0;
-            self.note(Mistake::TooManyCommands { limit: self.referee.rules().commands_a_cycle_max });
+        let length = list.len();
+        match self.referee.handle_commands(CLIENT, seen_cycle, list) {
+            Ok(()) => self.given += length,
+            Err(_) => {
+                self.note(Mistake::TooManyCommands { limit: self.referee.rules().commands_a_cycle_max })
+            }
         }
     }
 

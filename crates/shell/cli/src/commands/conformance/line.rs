@@ -43,11 +43,15 @@ impl Line {
     pub(crate) fn hear(&mut self, deadline: Instant) -> Heard {
         let mut buffer = [0; READ_SIZE];
         loop {
+            // Before the next message: who never stops talking is late, too.
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return Heard::Silence;
+            }
             if let Some(input) = self.inbound.poll() {
                 return Heard::Input(input);
             }
-            let left = deadline.saturating_duration_since(Instant::now());
-            if left.is_zero() || self.stream.set_read_timeout(Some(left)).is_err() {
+            if self.stream.set_read_timeout(Some(left)).is_err() {
                 return Heard::Silence;
             }
             match self.stream.read(&mut buffer) {
