@@ -440,14 +440,15 @@ const rules = record({
 });
 const wall = sequence(double, double, double, double);
 const welcome = record({
-  match: digest, seat: uint, seats: uint, cycle: uint, rate: double, clock: names("realtime", "lockstep"), rules,
+  match: digest, seat: option(uint), delay: option(uint), seats: uint, cycle: uint, rate: double, clock: names("realtime", "lockstep"), rules,
   terrain: record({ width: uint, height: uint, tiles: list(text), segments: list(wall) }),
 });
 const limit = record({ limit: uint });
 const refused = choice({
   protocol: record({ supported: uint }), handshake: null, timeout: record({ seconds: uint }), name_too_long: limit,
   token: null, full: null, replaced: null, malformed: record({ place: text, problem: text }), too_large: limit,
-  too_slow: null, shutdown: null,
+  too_slow: null, shutdown: null, no_spectators: null, seats_only: null, no_such_seat: record({ seats: uint }),
+  spectators_full: limit, spectator: null, held_too_much: null,
 });
 const tally = record({
   units: uint, arrived: uint, arrival_sum: uint, gathered: uint, made: uint, units_destroyed: uint,

@@ -347,12 +347,13 @@ RULES = record(
     terrain=enum("known", "explored"), walls_block=FLAG, positions=enum(exact=None, grid=record(bits=BYTE)))
 WALL = sequence(DOUBLE, DOUBLE, DOUBLE, DOUBLE)
 WELCOME = record(
-    match=DIGEST, seat=UINT, seats=UINT, cycle=UINT, rate=DOUBLE, clock=enum("realtime", "lockstep"), rules=RULES,
+    match=DIGEST, seat=option(UINT), delay=option(UINT), seats=UINT, cycle=UINT, rate=DOUBLE, clock=enum("realtime", "lockstep"), rules=RULES,
     terrain=record(width=UINT, height=UINT, tiles=list_of(TEXT), segments=list_of(WALL)))
 REFUSED = enum(
     protocol=record(supported=UINT), handshake=None, timeout=record(seconds=UINT), name_too_long=record(limit=UINT),
     token=None, full=None, replaced=None, malformed=record(place=TEXT, problem=TEXT), too_large=record(limit=UINT),
-    too_slow=None, shutdown=None)
+    too_slow=None, shutdown=None, no_spectators=None, seats_only=None, no_such_seat=record(seats=UINT),
+    spectators_full=record(limit=UINT), spectator=None, held_too_much=None)
 TALLY = record(
     units=UINT, arrived=UINT, arrival_sum=UINT, gathered=UINT, made=UINT, units_destroyed=UINT,
     buildings_destroyed=UINT, units_lost=UINT, buildings_lost=UINT, last_building=UINT)

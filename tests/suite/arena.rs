@@ -98,6 +98,14 @@ impl Arena {
 
 /// Returns the start of a race of two seats with five units each on an open field.
 pub(crate) fn loaded(clock: &str) -> Loaded {
+    let (scenario, map) = tiny(clock);
+    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
+    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
+    load(&files, "tiny.toml", &Overrides::default()).unwrap()
+}
+
+/// Returns its scenario, and its map `tiny.map`, as texts.
+pub(crate) fn tiny(clock: &str) -> (String, String) {
     let seat = "{ groups = [{ unit = 'a', count = 3 }, { unit = 'b', count = 2 }] }";
     let scenario = format!(
         "name = 'tiny'\nmap = 'tiny.map'\nseed = 5\n{clock}\nseat = [{seat}, {seat}]\n\
@@ -105,9 +113,7 @@ pub(crate) fn loaded(clock: &str) -> Loaded {
          unit.a = {{ radius = 0.3, speed = 4, sight = 5 }}\nunit.b = {{ radius = 0.45, speed = 3, sight = 7 }}\n"
     );
     let map = format!("type octile\nheight 12\nwidth 24\nmap\n{}", "........................\n".repeat(12));
-    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
-    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
-    load(&files, "tiny.toml", &Overrides::default()).unwrap()
+    (scenario, map)
 }
 
 pub(crate) fn bot(name: &str, seat: u16) -> Box<dyn Bot + Send> {

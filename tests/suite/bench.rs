@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::commands::{fails, file, folder, json, run};
+use crate::commands::{ROOT, fails, file, folder, json, run};
 
 /// The fields of a row of `bench scale` without a map.
 const FIELDS: [&str; 15] = [
@@ -346,4 +346,45 @@ fn what_bench_tradeoff_cannot_do_is_an_error_that_names_it() {
     check(&["--scene", "open", "--out", &plain], 1, &[&plain, "no folder"]);
     check(&["--objects", "19"], 2, &["--objects", "20..=100000"]);
     check(&["--cycles", "0"], 2, &["--cycles", "1..=100000"]);
+}
+
+#[test]
+fn bench_wire_counts_bytes_and_packed_deltas_keep_to_their_goals() {
+    let rows = json(&["bench", "wire", "--cycles", "300", "--json"]);
+    let rows = rows.as_array().expect("an array of rows");
+    assert_eq!(rows.len(), 4 * 6);
+    let bytes = |scene: &str, encoding: &str, positions: &str| {
+        let is_it = |row: &&Value| {
+            row["scene"] == scene && row["encoding"] == encoding && row["positions"] == positions
+        };
+        let row = rows.iter().find(is_it).expect("a row for each");
+        assert_eq!((row.as_object().expect("a row").len(), &row["cycles"]), (8, &300.into()), "{row}");
+        assert!(row["objects"].as_f64().is_some_and(|objects| objects > 170.0), "{row}");
+        assert!(row["events_per_object_cycle"].as_f64().is_some_and(|events| events > 0.0), "{row}");
+        row["bytes_per_object_cycle"].as_f64().expect("a number")
+    };
+    for scene in ["turning", "walks of 8", "walks of 40", "walks of 160"] {
+        let [absolute, plain, packed, bound] =
+            ["absolute", "bincode", "packed", "bound"].map(|encoding| bytes(scene, encoding, "exact"));
+        let [packed_grid, bound_grid] = ["packed", "bound"].map(|encoding| bytes(scene, encoding, "grid"));
+        println!("{scene}: {absolute} {plain} {packed} {bound}, {packed_grid} {bound_grid}");
+        assert!(bound < packed && packed < absolute && packed < plain, "{scene}");
+        assert!(bound_grid < packed_grid && packed_grid < packed, "{scene}");
+    }
+    let [absolute, packed] = ["absolute", "packed"].map(|encoding| bytes("walks of 40", encoding, "exact"));
+    assert!(packed <= 0.9 && 10.0 * packed <= absolute, "{packed} {absolute}");
+    assert!(bytes("walks of 40", "packed", "grid") <= 0.5);
+}
+
+#[test]
+fn bench_wire_plays_a_scenario_and_names_what_it_cannot() {
+    let scenario = format!("{ROOT}/config/scenarios/duel.toml");
+    let rows = json(&["bench", "wire", "--scenario", &scenario, "--cycles", "50", "--json"]);
+    let encodings: Vec<&Value> =
+        rows.as_array().expect("an array of rows").iter().map(|row| &row["encoding"]).collect();
+    assert_eq!(encodings, ["absolute", "bincode", "packed"]);
+    assert_eq!(rows[0]["cycles"], 50);
+    let error = fails(&["bench", "wire", "--scenario", "none.toml"], 3);
+    assert!(error.contains("none.toml"), "{error}");
+    fails(&["bench", "wire", "--objects", "0"], 2);
 }

@@ -141,8 +141,9 @@ async fn who_breaks_the_protocol_is_told_and_nobody_else_notices() {
     check_refused_in_seat(&arena, long_line.as_bytes(), &limit(FRAME_FROM_CLIENT_MAX)).await;
     let unknown_message = Refused::Malformed {
         place: "message 2, column 8".to_owned(),
-        problem: "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`, `pause`"
-            .to_owned(),
+        problem:
+            "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`"
+                .to_owned(),
     };
     check_refused_in_seat(&arena, b"{\"cheat\":1}\n", &unknown_message).await;
     check_half_a_message(&arena).await;
@@ -454,7 +455,7 @@ async fn play_json(
     loop {
         match next_line(&mut lines).await.unwrap() {
             ServerMessage::Welcome(welcome) => {
-                bot.on_start(welcome.seat, &welcome.rules, &welcome.terrain);
+                bot.on_start(welcome.seat.unwrap(), &welcome.rules, &welcome.terrain);
                 view = View::new(&welcome.rules, Arc::new(welcome.terrain));
             }
             ServerMessage::Delta(delta) => {

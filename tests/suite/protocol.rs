@@ -6,20 +6,22 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use glam::DVec2;
+use maniple_game::scenario::DELAY_CYCLES_MAX;
 use maniple_geometry::Cycle;
 use maniple_protocol::{
     ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, NAME_MAX,
     Outbound, PROTOCOL, PackedDelta, REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader,
-    ReplayWriter, Rest, ServerMessage, TOKEN_DIGITS, Welcome, decode_client, decode_server, encode_client,
-    encode_server, read_replay,
+    ReplayWriter, Rest, ServerMessage, TOKEN_DIGITS, Watch, Welcome, decode_client, decode_server,
+    encode_client, encode_server, read_replay,
 };
-use maniple_referee::PAUSES_MAX;
+use maniple_referee::{HELD_ENTRIES_MAX, PAUSES_MAX};
+use maniple_server::SPECTATORS_MAX;
 use maniple_view::{
     Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
     Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode,
     Moved, Objective, Outcome, Own, Positions, Profile, Refusal, Rules, Scalar, Score, Seat, Sequenced,
     Shape, Shot, Solver, Splash, Status, StopReason, Stopped, Stops, Tally, Task, Terrain, TerrainKnowledge,
-    UnitType, UnitTypeId, View, WAYPOINTS_MAX, Weapon, Zone,
+    UnitType, UnitTypeId, Vantage, View, WAYPOINTS_MAX, Weapon, Zone,
 };
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -150,6 +152,9 @@ fn the_document_states_the_limits_as_they_are() {
         ("commands of a seat in a cycle", COMMANDS_A_CYCLE_MAX),
         ("waypoints behind a motion", WAYPOINTS_MAX),
         ("pauses that a seat asks for in a match", usize::try_from(PAUSES_MAX).unwrap()),
+        ("spectators of a match", SPECTATORS_MAX),
+        ("cycles by which spectators are behind", usize::try_from(DELAY_CYCLES_MAX).unwrap()),
+        ("changes that are held back for spectators", HELD_ENTRIES_MAX),
         ("bytes of a record of a replay", REPLAY_RECORD_MAX),
     ];
     for (what, limit) in limits {
@@ -171,7 +176,13 @@ fn client_messages() -> Vec<(&'static str, ClientMessage)> {
         ("done", ClientMessage::Done { cycle: Cycle(70_000) }),
         ("ping", ClientMessage::Ping { id: u32::MAX }),
         ("pause", ClientMessage::Pause { on: true }),
+        ("watch_everything", ClientMessage::Watch(watch(Vantage::Everything))),
+        ("watch_seat", ClientMessage::Watch(watch(Vantage::Seat(Seat(300))))),
     ]
+}
+
+fn watch(view: Vantage) -> Watch {
+    Watch { protocol: PROTOCOL, client: "example 1.0".to_owned(), view }
 }
 
 fn commands() -> Vec<Sequenced> {
@@ -209,6 +220,7 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         Refused::Malformed { place: "message 3, column 13".to_owned(), problem: "expected value".to_owned() };
     vec![
         ("welcome", ServerMessage::Welcome(welcome())),
+        ("welcome_everything", ServerMessage::Welcome(Welcome { seat: None, delay: Some(240), ..welcome() })),
         ("delta", ServerMessage::Delta(delta())),
         ("packed", ServerMessage::Packed(packed_delta())),
         ("packed_empty", ServerMessage::Packed(PackedDelta { cycle: Cycle(1), ..PackedDelta::default() })),
@@ -227,6 +239,12 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("refused_too_large", refused(Refused::TooLarge { limit: 16_384 })),
         ("refused_too_slow", refused(Refused::TooSlow)),
         ("refused_shutdown", refused(Refused::Shutdown)),
+        ("refused_no_spectators", refused(Refused::NoSpectators)),
+        ("refused_seats_only", refused(Refused::SeatsOnly)),
+        ("refused_no_such_seat", refused(Refused::NoSuchSeat { seats: 2 })),
+        ("refused_spectators_full", refused(Refused::SpectatorsFull { limit: 64 })),
+        ("refused_spectator", refused(Refused::Spectator)),
+        ("refused_held_too_much", refused(Refused::HeldTooMuch)),
     ]
 }
 
@@ -234,7 +252,8 @@ fn welcome() -> Welcome {
     let zone = Zone { seat: Seat(0), min: DVec2::new(3.0, 0.0), max: DVec2::new(4.0, 2.0) };
     Welcome {
         match_id: Digest(0x0123_4567_89ab_cdef),
-        seat: Seat(0),
+        seat: Some(Seat(0)),
+        delay: None,
         seats: 1,
         cycle: Cycle(0),
         rate: 8.0,

@@ -109,7 +109,8 @@ fn played(loaded: &Loaded) -> Vec<Said> {
         Said::Client(greeting(TOKEN, PROTOCOL, "me")),
         Said::Server(ServerMessage::Welcome(Welcome {
             match_id: Digest(1),
-            seat: Seat(0),
+            seat: Some(Seat(0)),
+            delay: None,
             seats: 2,
             cycle: referee.cycle(),
             rate: referee.rate(),

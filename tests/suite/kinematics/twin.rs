@@ -74,6 +74,8 @@ struct Run {
     end: f64,
     held: Option<DVec2>,
     stopped: Option<(EventKind, Option<u32>)>,
+    /// Whether other objects stopped it at the same time.
+    is_one_of_several: bool,
     retreats: u32,
 }
 
@@ -138,7 +140,10 @@ impl<'a> Twin<'a> {
         let mut runs: BTreeMap<u32, Run> = BTreeMap::new();
         for (&id, object) in &self.objects {
             let parts = parts(object, self.cycle);
-            runs.insert(id, Run { parts, end: 1.0, held: None, stopped: None, retreats: 0 });
+            runs.insert(
+                id,
+                Run { parts, end: 1.0, held: None, stopped: None, is_one_of_several: false, retreats: 0 },
+            );
         }
         self.collide(&mut runs);
         self.certify(&mut runs);
@@ -189,10 +194,12 @@ impl<'a> Twin<'a> {
             }
             for (id, mut found) in causes {
                 found.sort_unstable();
+                found.dedup();
                 let run = runs.get_mut(&id).unwrap();
                 run.held = Some(part_at(run, time).piece.position(time));
                 run.end = time;
                 run.stopped = Some(found[0]);
+                run.is_one_of_several = found.get(1).is_some_and(|(kind, _)| *kind == EventKind::Object);
                 stale.extend(pairs.iter().filter(|&&(a, b)| a == id || b == id));
             }
             for pair in stale {
@@ -292,7 +299,8 @@ impl<'a> Twin<'a> {
         let cycle = Cycle(self.cycle);
         let mut tell = |time: f64, kind, other: Option<u32>, rests| {
             let (object, other) = (ObjectId(id), other.map(ObjectId));
-            events.push(Event { cycle, time, object, kind, other, rests });
+            let is_one_of_several = kind == EventKind::Object && run.is_one_of_several;
+            events.push(Event { cycle, time, object, kind, other, is_one_of_several, rests });
         };
         for part in run.parts.iter().filter(|part| part.piece.since <= run.end) {
             if let Some(kind) = part.opening {

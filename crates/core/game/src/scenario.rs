@@ -7,6 +7,7 @@ mod map;
 mod nearest;
 mod overrides;
 mod profile;
+mod spectators;
 mod units;
 
 use std::time::Duration;
@@ -17,8 +18,9 @@ use maniple_view::{Profile, Stops, TerrainKnowledge, UnitType, UnitTypeId};
 
 pub(crate) use check::{Draft, Source};
 pub use error::{Problem, ScenarioError};
-pub use file::Stall;
+pub use file::{Stall, Views};
 pub use overrides::Overrides;
+pub use spectators::Spectators;
 
 /// Longest text of a scenario, in bytes; a scenario of a thousand unit types is shorter.
 pub const SCENARIO_BYTES_MAX: usize = 1 << 20;
@@ -117,6 +119,17 @@ pub const PATCHES_DEFAULT: u32 = 6;
 /// How much there is of each patch on a generated map, where a scenario does not say.
 pub const PATCH_AMOUNT_DEFAULT: u32 = 1000;
 
+/// By how much spectators are behind where a scenario does not say, in seconds: what a player is told of the present
+/// by somebody who watches is too old to help.
+pub const DELAY_SECONDS_DEFAULT: f64 = 30.0;
+
+/// Longest time by which spectators are behind, in seconds: ten minutes.
+pub const DELAY_SECONDS_MAX: f64 = 600.0;
+
+/// Most cycles by which spectators are behind: the deltas of so many are kept of each view, which is 3 MB of each
+/// where nothing happens, and ten minutes at 13 cycles a second.
+pub const DELAY_CYCLES_MAX: u32 = 8192;
+
 /// Largest number of a team.
 pub const TEAM_MAX: u16 = 63;
 
@@ -154,6 +167,8 @@ pub struct Scenario {
     pub modes: bool,
     /// Who belongs to nobody and wanders; `None`: nobody does.
     pub neutral: Option<Neutral>,
+    /// Who may watch what; `None`: nobody may.
+    pub spectators: Option<Spectators>,
     /// What the match is about.
     pub objective: Objective,
     /// The unit types, by name; a [`UnitTypeId`] is the place in this list.

@@ -224,6 +224,8 @@ fn blocked(map: &TileMap) -> TileSet {
 fn is_on(object: &Visible, tiles: &TileSet, map: &TileMap) -> bool {
     let (half, radius) = (object.shape.half(), object.shape.rounding());
     let (left, top) = map.tile_at(object.center - half - radius);
+    // Whose hull ends on the edge of a tile touches the one before, too.
+    let (left, top) = (left.saturating_sub(1), top.saturating_sub(1));
     let (right, bottom) = map.tile_at(object.center + half + radius);
     let covers = |x: u32, y: u32| {
         let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);

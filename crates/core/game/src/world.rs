@@ -507,7 +507,7 @@ fn stop(event: &kinematics::Event) -> Stop {
     match event.kind {
         EventKind::Arrived => Stop::Arrived,
         EventKind::Ordered => Stop::Ordered,
-        EventKind::Object => Stop::Object(event.other.expect("a collision of objects has another object")),
+        EventKind::Object => Stop::Object(event.other.filter(|_| !event.is_one_of_several)),
         EventKind::Segment => Stop::Segment,
         EventKind::Edge => Stop::Edge,
     }

@@ -157,7 +157,7 @@ impl<S: Scalar> Components<S> {
         }
         nodes.lay_out(0);
         edges.lay_out(((0, 0), S::INFINITY));
-        let nobody = Halt { kind: EventKind::Edge, other: None };
+        let nobody = Halt::at_wall(EventKind::Edge);
         fixed.lay_out(FixedHit { node: 0, time: S::ZERO, halt: nobody });
         watched.lay_out(0);
         beside.lay_out(0);

@@ -15,6 +15,8 @@ pub struct Event {
     pub kind: EventKind,
     /// The smallest id of the objects that it collided with; `None` for every other kind.
     pub other: Option<ObjectId>,
+    /// Whether it collided with other objects at the same time, too.
+    pub is_one_of_several: bool,
     /// Whether the object rests after it: an arrival at a waypoint may go on at once.
     pub rests: bool,
 }

@@ -6,7 +6,6 @@ use maniple_geometry::contact::{
 use maniple_geometry::{Cycle, Piece, Planar, Scalar, Segment};
 
 use crate::bands::{Band, Bands};
-use crate::event::EventKind;
 use crate::lanes::{Pairs, add_pairs_of_row, add_pairs_with_level};
 use crate::objects::Objects;
 use crate::resting::Resting;
@@ -293,7 +292,7 @@ impl<S: Scalar> Around<S> {
         let window = Window { from: piece.since, to: piece.until, skin };
         match segment_contact(Mover { piece, radius: self.radius }, &wall.segment, window) {
             Some(time) => {
-                self.add(time, Halt { kind: wall.kind.event(), other: None });
+                self.add(time, Halt::at_wall(wall.kind.event()));
             }
             None => self.ends_near |= is_within(to, &wall.segment, reach),
         }
@@ -306,7 +305,7 @@ impl<S: Scalar> Around<S> {
         let still = Piece::at_rest(state.start, piece.since, piece.until);
         let movers = (Mover { piece, radius: self.radius }, Mover { piece: &still, radius: state.radius });
         match circle_contact(movers.0, movers.1, window) {
-            Some(time) => self.add(time, Halt { kind: EventKind::Object, other: Some(intent.id) }),
+            Some(time) => self.add(time, Halt::beside(intent.id)),
             None => {
                 let near = self.radius + state.radius + setting.objects.margin;
                 let between = state.start - to;

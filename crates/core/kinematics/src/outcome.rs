@@ -103,6 +103,7 @@ impl<S: Scalar> Outcome<S> {
             object: halted.id,
             kind: halted.halt.kind,
             other: halted.halt.other,
+            is_one_of_several: halted.halt.is_one_of_several,
             rests: true,
         }));
     }
@@ -122,6 +123,7 @@ impl<S: Scalar> Outcome<S> {
             object: runner.id,
             kind,
             other,
+            is_one_of_several: false,
             rests,
         };
         for stage in runner.stages(arena).iter().filter(|stage| stage.piece.since <= runner.end) {
@@ -276,6 +278,7 @@ mod tests {
                 object: ObjectId(random(5)),
                 kind: EventKind::Arrived,
                 other: None,
+                is_one_of_several: false,
                 rests: false,
             };
             let mut events: Vec<Event> = (0..count).map(|place| make(place, &mut random)).collect();

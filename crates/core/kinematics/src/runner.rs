@@ -11,22 +11,34 @@ use crate::track::Stage;
 pub(crate) struct Halt {
     pub(crate) kind: EventKind,
     pub(crate) other: Option<ObjectId>,
+    /// Whether there were others at the same time.
+    pub(crate) is_one_of_several: bool,
 }
 
 impl Halt {
+    /// Returns the stop beside an object.
+    pub(crate) fn beside(other: ObjectId) -> Self {
+        Self { kind: EventKind::Object, other: Some(other), is_one_of_several: false }
+    }
+
+    /// Returns the stop at a wall.
+    pub(crate) fn at_wall(kind: EventKind) -> Self {
+        Self { kind, other: None, is_one_of_several: false }
+    }
+
     /// Returns the reason where two coincide: an object comes before a wall, a wall before the edge, the smaller id
     /// before the larger.
     pub(crate) fn merged(self, other: Self) -> Self {
         match self.kind.cmp(&other.kind) {
             std::cmp::Ordering::Less => self,
             std::cmp::Ordering::Greater => other,
-            std::cmp::Ordering::Equal => {
-                if other.other < self.other {
-                    other
-                } else {
-                    self
-                }
-            }
+            std::cmp::Ordering::Equal => Self {
+                kind: self.kind,
+                other: self.other.min(other.other),
+                is_one_of_several: self.is_one_of_several
+                    || other.is_one_of_several
+                    || self.other != other.other,
+            },
         }
     }
 }

@@ -5,7 +5,6 @@ use maniple_geometry::{Piece, Planar, Scalar};
 
 use crate::agenda::Agenda;
 use crate::components::Components;
-use crate::event::EventKind;
 use crate::graph::{Around, Edge, Setting};
 use crate::outcome::Outcome;
 use crate::room::{component_room, make_room};
@@ -302,13 +301,11 @@ impl<S: Scalar> Solver<S> {
                 }
                 Some(&(a, b)) => {
                     let (first, second) = (&runners[a as usize], &runners[b as usize]);
-                    let halt =
-                        |partner: &Runner<S>| Halt { kind: EventKind::Object, other: Some(partner.id) };
                     if is_stopped_by((first, second), stops, time, arena) {
-                        halts.push((a, halt(second)));
+                        halts.push((a, Halt::beside(second.id)));
                     }
                     if is_stopped_by((second, first), stops, time, arena) {
-                        halts.push((b, halt(first)));
+                        halts.push((b, Halt::beside(first.id)));
                     }
                 }
             }

@@ -3,9 +3,8 @@
 use maniple_geometry::predicate::{circle_overlaps_segment, circles_overlap};
 use maniple_geometry::{Planar, Scalar};
 
-use crate::event::EventKind;
 use crate::graph::Setting;
-use crate::runner::{Halt, Runner};
+use crate::runner::Halt;
 use crate::solve::{Solver, is_stopped_by};
 
 impl<S: Scalar> Solver<S> {
@@ -37,10 +36,9 @@ impl<S: Scalar> Solver<S> {
         {
             return;
         }
-        let halt = |partner: &Runner<S>| Halt { kind: EventKind::Object, other: Some(partner.id) };
         for (runner, pair) in [(a, (first, second)), (b, (second, first))] {
             if pair.0.halt.is_none() && is_stopped_by(pair, setting.settings.stops, before, &self.arena) {
-                self.halts.push((runner, halt(pair.1)));
+                self.halts.push((runner, Halt::beside(pair.1.id)));
             }
         }
     }
@@ -60,7 +58,7 @@ impl<S: Scalar> Solver<S> {
                 && wall.layers.share(layers)
                 && circle_overlaps_segment(new, this.radius, &wall.segment)
             {
-                halts.push((index, Halt { kind: wall.kind.event(), other: None }));
+                halts.push((index, Halt::at_wall(wall.kind.event())));
             }
         });
         setting.resting.near(center, reach, |slot| {
@@ -70,7 +68,7 @@ impl<S: Scalar> Solver<S> {
                 && setting.objects.layers[slot as usize].share(layers)
                 && circles_overlap::<S>(new, this.radius, state.start, state.radius)
             {
-                halts.push((index, Halt { kind: EventKind::Object, other: Some(intent.id) }));
+                halts.push((index, Halt::beside(intent.id)));
             }
         });
     }

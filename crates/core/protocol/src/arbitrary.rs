@@ -6,10 +6,10 @@ use maniple_view::{
     Action, Alternate, Appeared, Base, Changed, ClockMode, Command, CommandResult, Delta, Digest, EndOfTask,
     EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode, Moved, Objective, Outcome,
     Own, Positions, Refusal, Rules, Score, Seat, Sequenced, Shape, Shot, Splash, Status, StopReason, Stopped,
-    Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Weapon, Zone,
+    Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Vantage, Weapon, Zone,
 };
 
-use crate::message::{ClientMessage, Hello, ServerMessage, Welcome};
+use crate::message::{ClientMessage, Hello, ServerMessage, Watch, Welcome};
 use crate::packed::{PackedDelta, Rest};
 use crate::refused::Refused;
 
@@ -102,7 +102,7 @@ impl Random {
     }
 
     pub(crate) fn client_message(&mut self) -> ClientMessage {
-        match self.below(5) {
+        match self.below(6) {
             0 => ClientMessage::Hello(Hello {
                 protocol: self.u32(),
                 client: self.text(),
@@ -112,6 +112,11 @@ impl Random {
             1 => ClientMessage::Commands { seen_cycle: self.cycle(), list: self.list(Self::sequenced) },
             2 => ClientMessage::Done { cycle: self.cycle() },
             3 => ClientMessage::Pause { on: self.coin() },
+            4 => {
+                let (protocol, client) = (self.u32(), self.text());
+                let view = self.maybe(Self::seat).map_or(Vantage::Everything, Vantage::Seat);
+                ClientMessage::Watch(Watch { protocol, client, view })
+            }
             _ => ClientMessage::Ping { id: self.u32() },
         }
     }
@@ -193,7 +198,7 @@ impl Random {
     }
 
     fn refused(&mut self) -> Refused {
-        match self.below(11) {
+        match self.below(17) {
             0 => Refused::Protocol { supported: self.u32() },
             1 => Refused::Handshake,
             2 => Refused::Timeout { seconds: self.u32() },
@@ -204,6 +209,12 @@ impl Random {
             7 => Refused::Malformed { place: self.text(), problem: self.text() },
             8 => Refused::TooLarge { limit: self.u32() },
             9 => Refused::TooSlow,
+            10 => Refused::NoSpectators,
+            11 => Refused::SeatsOnly,
+            12 => Refused::NoSuchSeat { seats: self.u16() },
+            13 => Refused::SpectatorsFull { limit: self.u32() },
+            14 => Refused::Spectator,
+            15 => Refused::HeldTooMuch,
             _ => Refused::Shutdown,
         }
     }
@@ -211,7 +222,8 @@ impl Random {
     pub(crate) fn welcome(&mut self) -> Welcome {
         Welcome {
             match_id: Digest(self.number()),
-            seat: self.seat(),
+            seat: self.maybe(Self::seat),
+            delay: self.maybe(Self::u32),
             seats: self.u16(),
             cycle: self.cycle(),
             rate: self.double(),

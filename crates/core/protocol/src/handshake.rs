@@ -6,7 +6,7 @@ use maniple_view::Sequenced;
 use crate::encoding::{Encoding, decode_client};
 use crate::frame::{FrameDecoder, FrameError};
 use crate::limits::{FRAME_FROM_CLIENT_MAX, HELLO_MAX, NAME_MAX, TOKEN_DIGITS};
-use crate::message::{ClientMessage, Hello, PROTOCOL};
+use crate::message::{ClientMessage, Hello, PROTOCOL, Watch};
 use crate::refused::Refused;
 
 /// What a connection gave.
@@ -37,6 +37,9 @@ pub enum Input {
         /// Whether it wants one.
         on: bool,
     },
+    /// The watch of a spectator, in place of a hello: fits the protocol and the limits. Whether the view may be watched is
+    /// for the match to say. Nothing but pings comes after.
+    Watch(Watch),
     /// The client broke the protocol: send it this reason and close. Nothing comes after.
     Violation(Refused),
 }
@@ -44,7 +47,8 @@ pub enum Input {
 /// Turns what one client sends into checked messages.
 ///
 /// Hand in bytes, then take out inputs until there is none. How the bytes are split makes no difference. It keeps
-/// one message of at most [`HELLO_MAX`] bytes before the hello and [`FRAME_FROM_CLIENT_MAX`] after it.
+/// one message of at most [`HELLO_MAX`] bytes before the hello and of a spectator, and of [`FRAME_FROM_CLIENT_MAX`] after
+/// the hello.
 #[derive(Clone, Debug)]
 pub struct Inbound {
     stage: Stage,
@@ -54,10 +58,18 @@ pub struct Inbound {
 enum Stage {
     /// Fewer bytes than show the encoding.
     Detecting(Vec<u8>),
-    /// The stream of messages, and how many were taken from it; the first is the hello.
-    Talking(FrameDecoder, u64),
+    /// The stream of messages, how many were taken from it, and who talks.
+    Talking(FrameDecoder, u64, Peer),
     /// Nothing more is read.
     Closed(Encoding),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Peer {
+    /// Has not said it yet: the first message is a hello or a watch.
+    Unknown,
+    Player,
+    Spectator,
 }
 
 impl Inbound {
@@ -77,7 +89,7 @@ impl Inbound {
                 assert!(first_bytes.len() < 4, "all inputs are taken out before more bytes come in");
                 first_bytes.extend_from_slice(bytes);
             }
-            Stage::Talking(frames, _) => frames.handle_bytes(bytes),
+            Stage::Talking(frames, ..) => frames.handle_bytes(bytes),
             Stage::Closed(_) => {}
         }
     }
@@ -99,30 +111,48 @@ impl Inbound {
     pub fn encoding(&self) -> Encoding {
         match &self.stage {
             Stage::Detecting(_) => Encoding::Json,
-            Stage::Talking(frames, _) => frames.encoding(),
+            Stage::Talking(frames, ..) => frames.encoding(),
             Stage::Closed(encoding) => *encoding,
         }
     }
 
     fn try_poll(&mut self) -> Result<Option<Input>, Refused> {
         self.detect()?;
-        let Stage::Talking(frames, messages) = &mut self.stage else { return Ok(None) };
+        let Stage::Talking(frames, messages, peer) = &mut self.stage else { return Ok(None) };
         let Some(message) = next_message(frames, *messages + 1)? else { return Ok(None) };
         *messages += 1;
-        let is_first = *messages == 1;
-        if is_first != matches!(message, ClientMessage::Hello(_)) {
-            return Err(Refused::Handshake);
-        }
-        match message {
-            ClientMessage::Hello(hello) => {
+        match (*peer, message) {
+            (Peer::Unknown, ClientMessage::Hello(hello)) => {
                 check_hello(&hello)?;
                 frames.change_limit(FRAME_FROM_CLIENT_MAX);
+                *peer = Peer::Player;
                 Ok(Some(Input::Hello(hello)))
             }
-            ClientMessage::Commands { seen_cycle, list } => Ok(Some(Input::Commands { seen_cycle, list })),
-            ClientMessage::Done { cycle } => Ok(Some(Input::Done { cycle })),
-            ClientMessage::Ping { id } => Ok(Some(Input::Ping { id })),
-            ClientMessage::Pause { on } => Ok(Some(Input::Pause { on })),
+            (Peer::Unknown, ClientMessage::Watch(watch)) => {
+                check_watch(&watch)?;
+                *peer = Peer::Spectator;
+                Ok(Some(Input::Watch(watch)))
+            }
+            (Peer::Player | Peer::Spectator, ClientMessage::Hello(_) | ClientMessage::Watch(_)) => {
+                Err(Refused::Handshake)
+            }
+            (
+                Peer::Unknown,
+                ClientMessage::Commands { .. }
+                | ClientMessage::Done { .. }
+                | ClientMessage::Ping { .. }
+                | ClientMessage::Pause { .. },
+            ) => Err(Refused::Handshake),
+            (Peer::Player | Peer::Spectator, ClientMessage::Ping { id }) => Ok(Some(Input::Ping { id })),
+            (
+                Peer::Spectator,
+                ClientMessage::Commands { .. } | ClientMessage::Done { .. } | ClientMessage::Pause { .. },
+            ) => Err(Refused::Spectator),
+            (Peer::Player, ClientMessage::Commands { seen_cycle, list }) => {
+                Ok(Some(Input::Commands { seen_cycle, list }))
+            }
+            (Peer::Player, ClientMessage::Done { cycle }) => Ok(Some(Input::Done { cycle })),
+            (Peer::Player, ClientMessage::Pause { on }) => Ok(Some(Input::Pause { on })),
         }
     }
 
@@ -133,7 +163,7 @@ impl Inbound {
         let Some(encoding) = detected else { return Ok(()) };
         let mut frames = FrameDecoder::new(encoding, HELLO_MAX);
         frames.handle_bytes(&first_bytes[encoding.preamble().len()..]);
-        self.stage = Stage::Talking(frames, 0);
+        self.stage = Stage::Talking(frames, 0, Peer::Unknown);
         Ok(())
     }
 }
@@ -162,24 +192,36 @@ fn next_message(frames: &mut FrameDecoder, number: u64) -> Result<Option<ClientM
 
 /// Checks what must hold for every match; the version first, because the rest may mean something else in another.
 fn check_hello(hello: &Hello) -> Result<(), Refused> {
-    if hello.protocol != PROTOCOL {
-        return Err(Refused::Protocol { supported: PROTOCOL });
-    }
-    for (field, name) in [("client", &hello.client), ("player", &hello.player)] {
-        if name.len() > NAME_MAX {
-            return Err(Refused::NameTooLong { limit: limit_of(NAME_MAX) });
-        }
-        if name.chars().any(char::is_control) {
-            let problem = format!("`{field}` holds a control character");
-            return Err(malformed("message 1".to_owned(), problem));
-        }
-    }
+    check_version(hello.protocol)?;
+    check_name("client", &hello.client)?;
+    check_name("player", &hello.player)?;
     if hello.player.is_empty() {
         return Err(malformed("message 1".to_owned(), "`player` is empty".to_owned()));
     }
     let is_token =
         hello.token.len() == TOKEN_DIGITS && hello.token.bytes().all(|byte| byte.is_ascii_hexdigit());
     if hello.token.is_empty() || is_token { Ok(()) } else { Err(Refused::Token) }
+}
+
+/// As [`check_hello`].
+fn check_watch(watch: &Watch) -> Result<(), Refused> {
+    check_version(watch.protocol)?;
+    check_name("client", &watch.client)
+}
+
+fn check_version(protocol: u32) -> Result<(), Refused> {
+    if protocol == PROTOCOL { Ok(()) } else { Err(Refused::Protocol { supported: PROTOCOL }) }
+}
+
+fn check_name(field: &str, name: &str) -> Result<(), Refused> {
+    if name.len() > NAME_MAX {
+        return Err(Refused::NameTooLong { limit: limit_of(NAME_MAX) });
+    }
+    if name.chars().any(char::is_control) {
+        let problem = format!("`{field}` holds a control character");
+        return Err(malformed("message 1".to_owned(), problem));
+    }
+    Ok(())
 }
 
 fn malformed(place: String, problem: String) -> Refused {
@@ -192,6 +234,8 @@ fn limit_of(limit: usize) -> u32 {
 
 #[cfg(test)]
 mod tests {
+    use maniple_view::Seat;
+
     use super::*;
     use crate::arbitrary::Random;
     use crate::encoding::encode_client;
@@ -227,6 +271,35 @@ mod tests {
             let hello = ClientMessage::Hello(hello());
             check_violation(&stream(encoding, std::slice::from_ref(&ping)), &Refused::Handshake);
             check_violation(&stream(encoding, &[hello.clone(), hello]), &Refused::Handshake);
+        }
+    }
+
+    #[test]
+    fn a_watch_opens_too_and_nothing_but_pings_may_follow() {
+        for encoding in ENCODINGS {
+            let watch = Watch { protocol: PROTOCOL, client: "test 1.0".to_owned(), view: Seat(1).into() };
+            let (opening, ping) = (ClientMessage::Watch(watch.clone()), ClientMessage::Ping { id: 3 });
+            let (taken, _) = inputs(&[&stream(encoding, &[opening.clone(), ping.clone(), ping.clone()])]);
+            assert_eq!(taken, [Input::Watch(watch.clone()), Input::Ping { id: 3 }, Input::Ping { id: 3 }]);
+            let check = |message: ClientMessage, expected: Refused| {
+                check_violation(&stream(encoding, &[opening.clone(), ping.clone(), message]), &expected);
+            };
+            check(ClientMessage::Commands { seen_cycle: Cycle(0), list: Vec::new() }, Refused::Spectator);
+            check(ClientMessage::Done { cycle: Cycle(0) }, Refused::Spectator);
+            check(ClientMessage::Pause { on: true }, Refused::Spectator);
+            check(ClientMessage::Hello(hello()), Refused::Handshake);
+            check(opening.clone(), Refused::Handshake);
+            let hello_first = [ClientMessage::Hello(hello()), opening.clone()];
+            check_violation(&stream(encoding, &hello_first), &Refused::Handshake);
+            let check = |watch: Watch, expected: Refused| {
+                check_violation(&stream(encoding, &[ClientMessage::Watch(watch)]), &expected);
+            };
+            let other = Watch { protocol: PROTOCOL + 1, ..watch.clone() };
+            check(other, Refused::Protocol { supported: PROTOCOL });
+            check(Watch { client: "a".repeat(65), ..watch.clone() }, Refused::NameTooLong { limit: 64 });
+            let long = vec![b'a'; HELLO_MAX + 1];
+            let bytes = [stream(encoding, std::slice::from_ref(&opening)), frame(encoding, &long)].concat();
+            check_violation(&bytes, &Refused::TooLarge { limit: limit_of(HELLO_MAX) });
         }
     }
 
@@ -342,6 +415,13 @@ mod tests {
             client: "test 1.0".to_owned(),
             player: "Ada".to_owned(),
             token: String::new(),
+        }
+    }
+
+    fn frame(encoding: Encoding, body: &[u8]) -> Vec<u8> {
+        match encoding {
+            Encoding::Binary => [&limit_of(body.len()).to_le_bytes(), body].concat(),
+            Encoding::Json => [body, b"\n"].concat(),
         }
     }
 

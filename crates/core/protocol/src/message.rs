@@ -1,7 +1,7 @@
 //! What client and server say to each other.
 
 use maniple_geometry::Cycle;
-use maniple_view::{ClockMode, Delta, Digest, MatchResult, Rules, Seat, Sequenced, Terrain};
+use maniple_view::{ClockMode, Delta, Digest, MatchResult, Rules, Seat, Sequenced, Terrain, Vantage};
 use serde::{Deserialize, Serialize};
 
 use crate::packed::PackedDelta;
@@ -15,7 +15,7 @@ pub const PROTOCOL: u32 = 3;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ClientMessage {
-    /// The first message, and only the first.
+    /// The first message of a player, and only the first.
     Hello(Hello),
     /// Commands; they are applied in the next cycle that starts, and each is answered in a delta.
     Commands {
@@ -40,6 +40,8 @@ pub enum ClientMessage {
         /// player want it to, until one of them says otherwise.
         on: bool,
     },
+    /// The first message of a spectator, and only the first; after it a spectator says nothing but `ping`.
+    Watch(Watch),
 }
 
 /// Who connects. The layout of this message stays the same in every version of the protocol.
@@ -57,24 +59,36 @@ pub struct Hello {
     pub token: String,
 }
 
+/// Who wants to watch, and what. The layout of this message stays the same in every version of the protocol, too.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Watch {
+    /// The client's [`PROTOCOL`].
+    pub protocol: u32,
+    /// Name and version of the program, at most [`crate::NAME_MAX`] bytes; for the server's log.
+    pub client: String,
+    /// What it wants to watch.
+    pub view: Vantage,
+}
+
 /// What the server says.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum ServerMessage {
-    /// The answer to a hello that gets a seat; a keyframe follows.
+    /// The answer to a hello that gets a seat and to a watch that is permitted; a keyframe follows.
     Welcome(Welcome),
     /// The last message of a connection that the server closes before the match has ended.
     Refused {
         /// Why.
         reason: Refused,
     },
-    /// The change of the seat's view over one cycle.
+    /// The change of the client's view over one cycle.
     Delta(Delta),
     /// The answer to a ping.
     Pong {
         /// The ping's number.
         id: u32,
-        /// The cycle that runs.
+        /// The cycle that runs; to a spectator that of its view.
         cycle: Cycle,
         /// How much of the cycle's wall-clock time has passed, `0.0..=1.0`; 0 in lock-step and in a pause.
         fraction: f64,
@@ -103,11 +117,13 @@ pub struct Welcome {
     /// The number of the match; `match` in JSON.
     #[serde(rename = "match")]
     pub match_id: Digest,
-    /// The client's seat.
-    pub seat: Seat,
+    /// The seat whose view it is: the client's own, or, of a spectator, the one that is watched; `None`: everything is.
+    pub seat: Option<Seat>,
+    /// By how many cycles a spectator is behind the match; `None`: the client is the player at the seat.
+    pub delay: Option<u32>,
     /// How many seats the match has.
     pub seats: u16,
-    /// The cycle of the keyframe that follows.
+    /// The cycle of the keyframe that follows; to a spectator it comes when the match is old enough.
     pub cycle: Cycle,
     /// Cycles a second; in lock-step the rate at which a viewer would show the match.
     pub rate: f64,

@@ -21,6 +21,12 @@ impl Outbound {
         Self { encoding, packer: None }
     }
 
+    /// Returns the state of a binary connection whose welcome was said, and no delta yet.
+    #[must_use]
+    pub fn for_deltas(rules: &Rules) -> Self {
+        Self { encoding: Encoding::Binary, packer: Some(Packer::new(rules)) }
+    }
+
     /// Returns the whole frame or line of the next message. A delta that cannot be sent is lost, and with it the connection.
     ///
     /// # Errors

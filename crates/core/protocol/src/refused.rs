@@ -15,8 +15,8 @@ pub enum Refused {
         /// The server's version.
         supported: u32,
     },
-    /// Something came before the hello, or a second hello.
-    #[error("the first message, and only the first, is `hello`")]
+    /// Something came before the hello or watch, or a second one.
+    #[error("the first message, and only the first, is `hello` or `watch`")]
     Handshake,
     /// The hello did not come in time.
     #[error("`hello` did not come within {seconds} seconds; send it at once")]
@@ -59,4 +59,28 @@ pub enum Refused {
     /// The server goes down.
     #[error("the server shuts down; connect again later with the same token")]
     Shutdown,
+    /// The scenario lets nobody watch.
+    #[error("the scenario of this match lets nobody watch")]
+    NoSpectators,
+    /// The scenario lets nobody watch everything.
+    #[error("the scenario of this match permits to watch a seat, but not everything; name a seat")]
+    SeatsOnly,
+    /// A seat that the match does not have.
+    #[error("the match has {seats} seats, counted from 0, and not this one; name one of them")]
+    NoSuchSeat {
+        /// How many seats there are.
+        seats: u16,
+    },
+    /// There are as many spectators as there may be.
+    #[error("{limit} spectators watch already, and no more may; wait until one has gone")]
+    SpectatorsFull {
+        /// The largest number.
+        limit: u32,
+    },
+    /// A spectator said something that only a player may.
+    #[error("a spectator says nothing but `ping`; to play, connect with `hello`")]
+    Spectator,
+    /// More has happened than the server holds back for spectators.
+    #[error("more has happened in this match than is held back for spectators; watch its replay")]
+    HeldTooMuch,
 }

@@ -10,9 +10,11 @@ mod pause;
 mod record;
 mod referee;
 mod seat;
+mod stand;
 
 pub use part::Part;
 pub use pause::{PAUSES_MAX, Paused};
 pub use record::{RecordedEvent, ReplayError};
 pub use referee::Referee;
 pub use seat::{FloodError, JoinError, NAME_BYTES_MAX, QUEUED_MAX};
+pub use stand::{HELD_ENTRIES_MAX, Stand, WatchError};

@@ -1,6 +1,7 @@
 //! The state machine of a match.
 
 mod replay;
+mod watch;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -17,6 +18,7 @@ use crate::part::Part;
 use crate::pause::{Agreement, Paused};
 use crate::record::RecordedEvent;
 use crate::seat::{Batch, FloodError, JoinError, SeatState, check_name};
+use crate::stand::Stands;
 
 /// One match.
 ///
@@ -32,6 +34,9 @@ pub struct Referee {
     agreement: Agreement,
     records: Vec<RecordedEvent>,
     result: Option<MatchResult>,
+    stands: Stands,
+    /// Who sees everything; `None` where that is not watched.
+    overseer: Option<Tracker>,
 }
 
 impl Referee {
@@ -52,7 +57,9 @@ impl Referee {
             (0..).map(Seat).map(|seat| SeatState::new(tracker(seat))).take(scenario.seats.len()).collect();
         let agreement = Agreement::new(scenario.seats.len());
         let (records, result) = (Vec::new(), None);
-        let mut referee = Self { loaded, mode, world, seats, banks, agreement, records, result };
+        let stands = Stands::default();
+        let mut referee =
+            Self { loaded, mode, world, seats, banks, agreement, records, result, stands, overseer: None };
         referee.tell(vec![Vec::new(); referee.seats.len()]);
         referee.record_hash();
         Ok(referee)
@@ -403,7 +410,7 @@ impl Referee {
     /// Makes the delta of each seat; `results` are those of its commands.
     fn tell(&mut self, results: Vec<Vec<CommandResult>>) {
         let cycle = self.world.cycle();
-        for ((seat, state), results) in (0..).map(Seat).zip(&mut self.seats).zip(results) {
+        for (seat, results) in self.seats_all().zip(results) {
             let sightings = self.world.sightings(seat);
             let (revealed, walls) = self.world.explored(seat);
             let observation = Observation {
@@ -416,9 +423,13 @@ impl Referee {
                 ended: self.world.ended(),
                 stock: self.world.stock(seat),
             };
+            let state = &mut self.seats[seat.index()];
             let delta = state.tracker.update(cycle, observation, results);
-            state.delta = (state.is_connected || cycle == Cycle(0)).then_some(delta);
+            let is_wanted = state.is_connected || cycle == Cycle(0);
+            self.tell_spectators(seat, &delta);
+            self.seats[seat.index()].delta = is_wanted.then_some(delta);
         }
+        self.tell_spectators_of_everything();
     }
 
     fn record_hash(&mut self) {
@@ -446,6 +457,8 @@ impl Referee {
         };
         self.records.push(RecordedEvent::Ended { result: result.clone() });
         self.result = Some(result);
+        // Nobody can be helped any more by what is held back.
+        self.stands.release();
     }
 }
 

@@ -185,9 +185,7 @@ mod tests {
         assert_eq!(view.check().0, 0x1810_33ea_eaf9_5da0);
         assert!(view.is_visible(1, 1) && !view.is_visible(0, 1) && !view.is_visible(4, 0));
         assert_eq!((view.terrain().tile(1, 1), view.terrain().tile(0, 1)), (Some('.'), None));
-        let mut keyframe = Delta { cycle: Cycle(3), check: view.check(), ..Delta::default() };
-        view.write_ground(&mut keyframe);
-        assert_eq!(keyframe, Delta { check: view.check(), ..delta });
+        assert_eq!(view.keyframe(), Delta { check: view.check(), ..delta });
     }
 
     #[test]

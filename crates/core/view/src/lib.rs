@@ -13,6 +13,7 @@ mod status;
 mod tile_set;
 mod tracker;
 mod unit_type;
+mod vantage;
 mod view;
 
 pub use base::{Base, DEVIATION_MAX, DEVIATION_SKINS_MAX};
@@ -30,4 +31,5 @@ pub use tracker::{Observation, Sighting, Stop, Tracker};
 pub use unit_type::{
     Alternate, Falloff, Harvest, Layer, Making, Shape, Splash, UnitType, Weapon, hull_distance,
 };
+pub use vantage::Vantage;
 pub use view::{MismatchError, Seen, View};

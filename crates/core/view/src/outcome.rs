@@ -221,7 +221,7 @@ pub enum StopReason {
     Ordered,
     /// It collided with an object.
     Object {
-        /// The object, where the view holds it; of several the one with the smallest handle.
+        /// The object, where the view holds it; `None` too where it collided with several at the same moment.
         other: Option<Handle>,
     },
     /// It collided with a wall.

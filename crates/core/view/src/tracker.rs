@@ -11,6 +11,7 @@ use crate::outcome::{CommandResult, StopReason};
 use crate::profile::Positions;
 use crate::status::{EndOfTask, Own, Status, Task};
 use crate::tile_set::TileSet;
+use crate::vantage::Vantage;
 use crate::view::View;
 
 /// Why an object stopped, in the server's names.
@@ -20,8 +21,8 @@ pub enum Stop {
     Arrived,
     /// It was told to.
     Ordered,
-    /// It collided with this object, or with others beside it.
-    Object(ObjectId),
+    /// It collided with this object; `None`: with several at the same moment, of which nothing but their numbers would choose one.
+    Object(Option<ObjectId>),
     /// It collided with a wall.
     Segment,
     /// It collided with the edge of the world.
@@ -86,13 +87,13 @@ struct Tracked {
 /// Who looks, and how closely.
 #[derive(Clone, Copy, Debug)]
 struct Eyes {
-    seat: Seat,
+    vantage: Vantage,
     /// World units.
     deviation_max: f64,
     positions: Positions,
 }
 
-/// The server's side of one seat's view: gives handles, and turns sightings into deltas.
+/// The server's side of one view: gives handles, and turns sightings into deltas.
 ///
 /// Nothing but the seat's own sightings goes in, so nothing else can come out. Of objects of other seats it tells only
 /// what is to be seen: an order that keeps to its line and speed starts a new motion in the world, and none in the view.
@@ -107,14 +108,14 @@ pub struct Tracker {
 }
 
 impl Tracker {
-    /// Returns the tracker of a seat that has seen nothing yet, with the view that its client starts with too, in a world from whose
-    /// limits this skin follows, in world units.
+    /// Returns the tracker of a seat, or of all there is, that has seen nothing yet, with the view that its client starts with too, in
+    /// a world from whose limits this skin follows, in world units.
     #[must_use]
-    pub fn new(seat: Seat, skin: f64, positions: Positions, view: View) -> Self {
+    pub fn new(vantage: impl Into<Vantage>, skin: f64, positions: Positions, view: View) -> Self {
         let unseen = DEVIATION_SKINS_MAX * skin;
         let unseen = if unseen < DEVIATION_MAX { unseen } else { DEVIATION_MAX };
         Self {
-            eyes: Eyes { seat, deviation_max: unseen + positions.step(), positions },
+            eyes: Eyes { vantage: vantage.into(), deviation_max: unseen + positions.step(), positions },
             next_handle: 0,
             tracked: BTreeMap::new(),
             seen: BTreeMap::new(),
@@ -153,30 +154,14 @@ impl Tracker {
     /// Returns the delta that turns an empty view into this one.
     #[must_use]
     pub fn keyframe(&self) -> Delta {
-        let appeared = |(object, seen): (Handle, &crate::view::Seen)| Appeared {
-            object,
-            unit_type: seen.unit_type,
-            owner: seen.owner,
-            base: seen.base,
-            status: seen.status,
-            own: seen.own,
-        };
-        let mut delta = Delta {
-            cycle: self.view.cycle(),
-            appeared: self.view.objects().map(appeared).collect(),
-            stock: Some(self.view.stock()).filter(|&stock| stock > 0),
-            check: self.view.check(),
-            ..Delta::default()
-        };
-        self.view.write_ground(&mut delta);
-        delta
+        self.view.keyframe()
     }
 
     /// Returns the object of the seat with this handle; `None` for all others, whatever the reason.
     #[must_use]
     pub fn own(&self, handle: Handle) -> Option<ObjectId> {
         let seen = self.view.object(handle)?;
-        if seen.owner == Some(self.eyes.seat) { self.seen.get(&handle).copied() } else { None }
+        if self.eyes.vantage.owns(seen.owner) { self.seen.get(&handle).copied() } else { None }
     }
 
     /// Returns the object in the view with this handle; `None` where it holds none.
@@ -224,7 +209,7 @@ impl Tracker {
             let base = self.eyes.positions.rounded(base);
             let handle = Handle(self.next_handle);
             self.next_handle += 1;
-            let own = sighting.owner == Some(self.eyes.seat);
+            let own = self.eyes.vantage.owns(sighting.owner);
             self.seen.insert(handle, sighting.object);
             let Sighting { status, own: known, .. } = *sighting;
             let tracked =
@@ -243,10 +228,12 @@ impl Tracker {
 
     /// Newcomers are up to date already, so nothing differs for them.
     fn follow(&mut self, cycle: Cycle, sighting: &Sighting, delta: &mut Delta) {
-        let own = sighting.owner == Some(self.eyes.seat);
+        let own = self.eyes.vantage.owns(sighting.owner);
         let other = match sighting.stop {
-            Some(Stop::Object(other)) => self.tracked.get(&other).map(|tracked| tracked.handle),
-            Some(Stop::Arrived | Stop::Ordered | Stop::Segment | Stop::Edge) | None => None,
+            Some(Stop::Object(Some(other))) => self.tracked.get(&other).map(|tracked| tracked.handle),
+            Some(Stop::Object(None) | Stop::Arrived | Stop::Ordered | Stop::Segment | Stop::Edge) | None => {
+                None
+            }
         };
         let Some(tracked) = self.tracked.get_mut(&sighting.object) else { return };
         let object = tracked.handle;
@@ -301,13 +288,13 @@ impl Tracked {
         let truth = sighting.base;
         let is_new = truth != self.truth;
         match eyes.positions {
-            Positions::Exact if sighting.owner == Some(eyes.seat) => is_new.then_some(truth),
+            Positions::Exact if eyes.vantage.owns(sighting.owner) => is_new.then_some(truth),
             Positions::Exact => {
                 let holds = self.told == truth || self.told.predicts(&truth, cycle, eyes.deviation_max);
                 (!holds).then_some(if is_new { truth } else { truth.refreshed(cycle) })
             }
             Positions::Grid { .. } => {
-                let is_told = is_new && sighting.owner == Some(eyes.seat);
+                let is_told = is_new && eyes.vantage.owns(sighting.owner);
                 (is_told || !self.holds_on_grid(&truth, cycle, eyes)).then(|| on_grid(&truth, cycle, eyes))
             }
         }

@@ -188,9 +188,22 @@ impl View {
         self.ground.terrain()
     }
 
-    /// Writes into a delta how the ground differs from that at the start.
-    pub(crate) fn write_ground(&self, delta: &mut Delta) {
-        self.ground.write_keyframe(delta);
+    /// Returns the delta that turns the view at the start, [`View::new`], into this one.
+    #[must_use]
+    pub fn keyframe(&self) -> Delta {
+        let appeared = |(object, seen): (Handle, &Seen)| {
+            let Seen { unit_type, owner, base, status, own } = *seen;
+            Appeared { object, unit_type, owner, base, status, own }
+        };
+        let mut delta = Delta {
+            cycle: self.cycle,
+            appeared: self.objects().map(appeared).collect(),
+            stock: Some(self.stock).filter(|&stock| stock > 0),
+            check: self.check(),
+            ..Delta::default()
+        };
+        self.ground.write_keyframe(&mut delta);
+        delta
     }
 
     /// Returns what has to be toggled so that these tiles are visible: see [`Delta::sight`].

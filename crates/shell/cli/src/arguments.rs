@@ -10,6 +10,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use maniple_game::Overrides;
 
 use crate::output::JsonFlag;
 pub(crate) use conformance::{ConformanceCommand, ConformanceServe};
@@ -78,10 +79,14 @@ pub(crate) enum Command {
     /// Test a client that somebody wrote
     #[command(subcommand, after_help = "Example: maniple conformance serve")]
     Conformance(ConformanceCommand),
-    /// Look at a replay: what it holds, whether it plays again to the same hashes, a picture of it
+    /// Watch a running match, as far behind as its scenario says: what a seat sees, or everything
+    #[command(after_help = "Example: maniple watch --connect 127.0.0.1:7171 --seat 0")]
+    Watch(Watch),
+    /// Look at a replay: what it holds, whether it plays again to the same hashes, what a seat saw, a
+    /// picture of it
     #[command(subcommand, after_help = "Example: maniple replay verify duel.replay")]
     Replay(ReplayCommand),
-    /// Measure the kinematics core on this machine
+    /// Measure what a cycle costs: in time on this machine, and in bytes
     #[command(subcommand, after_help = "Example: maniple bench scale --objects 1000,10000")]
     Bench(BenchCommand),
 }
@@ -241,6 +246,19 @@ pub(crate) struct Bot {
     pub(crate) json: JsonFlag,
 }
 
+#[derive(Debug, Args)]
+pub(crate) struct Watch {
+    /// Where the match runs
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
+    pub(crate) connect: SocketAddr,
+    /// The seat to watch; without it everything
+    #[arg(long, value_name = "K")]
+    pub(crate) seat: Option<u16>,
+    /// Print the messages of the server instead of a line a cycle: a JSON line each, the keyframe first
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
 #[derive(Debug, Subcommand)]
 pub(crate) enum ReplayCommand {
     /// Print what was played, by whom, and how it ended
@@ -249,8 +267,11 @@ pub(crate) enum ReplayCommand {
     /// Play it again and compare the hash of every cycle; exit code 1 if one differs
     #[command(after_help = "Example: maniple replay verify duel.replay --json")]
     Verify(ReplayFile),
-    /// Draw the match at a cycle
-    #[command(after_help = "Example: maniple replay render duel.replay --cycle 100 --out duel.png")]
+    /// Print what a seat was told, cycle by cycle; or what a spectator of everything would have been told
+    #[command(after_help = "Example: maniple replay view duel.replay --seat 0 --from 100 --to 120 --json")]
+    View(ReplayView),
+    /// Draw the match at a cycle, or what a seat saw of it
+    #[command(after_help = "Example: maniple replay render duel.replay --cycle 100 --out duel.png --seat 0")]
     Render(ReplayRender),
 }
 
@@ -263,9 +284,30 @@ pub(crate) struct ReplayFile {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct ReplayView {
+    /// A replay
+    pub(crate) file: PathBuf,
+    /// The seat whose view it is; without it everything
+    #[arg(long, value_name = "K")]
+    pub(crate) seat: Option<u16>,
+    /// The first cycle to print; it begins with the keyframe of this cycle
+    #[arg(long, value_name = "C", default_value_t = 0)]
+    pub(crate) from: u32,
+    /// The last cycle to print; without it the end of the match
+    #[arg(long, value_name = "C")]
+    pub(crate) to: Option<u32>,
+    /// Print the very messages that a client at the seat got as JSON lines, instead of a line a cycle
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct ReplayRender {
     /// A replay
     pub(crate) file: PathBuf,
+    /// Draw only what this seat saw: fog is dark, what it did not know is black
+    #[arg(long, value_name = "K")]
+    pub(crate) seat: Option<u16>,
     /// The cycle at whose start the match is drawn
     #[arg(long, value_name = "N")]
     pub(crate) cycle: u32,
@@ -295,6 +337,10 @@ pub(crate) enum BenchCommand {
         after_long_help = TRADEOFF_HELP
     )]
     Tradeoff(BenchTradeoff),
+    /// Count the bytes that a view costs in a cycle, for each object that moves in it, as absolute positions, plain and packed
+    /// deltas, with the bound that no encoding goes below
+    #[command(after_help = "Example: maniple bench wire --scenario config/scenarios/orts4.toml --cycles 400")]
+    Wire(BenchWire),
 }
 
 #[derive(Debug, Args)]
@@ -402,6 +448,42 @@ pub(crate) struct BenchAbsent {
     pub(crate) seed: u64,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchWire {
+    /// A scenario to play with its bots, and to count what all seats are told; without it units walk that one seat watches
+    #[arg(long, value_name = "SCENARIO.toml")]
+    pub(crate) scenario: Option<PathBuf>,
+    /// How many units walk, 1 to 1000
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 200,
+        conflicts_with = "scenario",
+        value_parser = clap::value_parser!(u32).range(1..=1000)
+    )]
+    pub(crate) objects: u32,
+    /// Cycles that are counted at most
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 1000,
+        value_parser = clap::value_parser!(u32).range(1..=100_000)
+    )]
+    pub(crate) cycles: u32,
+    /// The seed of the match
+    #[arg(long, value_name = "S")]
+    pub(crate) seed: Option<u64>,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+impl BenchWire {
+    /// Returns what is asked for instead of what the scenario says.
+    pub(crate) fn overrides(&self) -> Overrides {
+        Overrides { seed: self.seed, ..Overrides::default() }
+    }
 }
 
 #[derive(Debug, Args)]

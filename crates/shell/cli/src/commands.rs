@@ -9,3 +9,4 @@ pub(crate) mod replay;
 pub(crate) mod serve;
 pub(crate) mod simulate;
 pub(crate) mod tournament;
+pub(crate) mod watch;

@@ -1,4 +1,4 @@
-//! The command `maniple`: serve, match, bot, conformance, replay, map, simulate, bench.
+//! The command `maniple`: serve, match, bot, watch, conformance, replay, map, simulate, bench.
 
 mod arguments;
 mod commands;
@@ -13,6 +13,7 @@ mod outcome;
 mod output;
 mod picture;
 mod start;
+mod told;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;
@@ -42,6 +43,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Serve(serve) => commands::serve::run(&serve),
         Command::Bot(bot) => commands::bot::run(&bot),
         Command::Conformance(conformance) => commands::conformance::run(&conformance),
+        Command::Watch(watch) => commands::watch::run(&watch),
         Command::Replay(replay) => commands::replay::run(&replay),
         Command::Bench(bench) => commands::bench::run(&bench),
     }
@@ -56,6 +58,7 @@ fn minds_interrupts(command: &Command) -> bool {
         | Command::Simulate(_)
         | Command::Bot(_)
         | Command::Conformance(_)
+        | Command::Watch(_)
         | Command::Replay(_)
         | Command::Bench(_) => false,
     }

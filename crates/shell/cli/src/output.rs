@@ -45,11 +45,26 @@ pub(crate) fn print<T: Serialize>(
 
 /// Prints a text. A reader that has gone away, as behind `| head`, is no failure.
 pub(crate) fn print_text(text: &str) -> Result<(), Failure> {
+    print_piece(text).map(|_| ())
+}
+
+/// Prints one of many texts. Returns whether to go on: whether there is a reader still.
+pub(crate) fn print_piece(text: &str) -> Result<Reader, Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::failed(error)),
-        Ok(()) | Err(_) => Ok(()),
+        Ok(()) => Ok(Reader::Reads),
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(Reader::HasGone),
+        Err(error) => Err(Failure::failed(error)),
     }
+}
+
+/// Who reads standard output.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reader {
+    /// It wants more.
+    Reads,
+    /// Nobody does any more: what is still to be said can be left unsaid.
+    HasGone,
 }
 
 /// Tells something beside the result, on standard error. Nobody has to read it, so that it cannot be written is no

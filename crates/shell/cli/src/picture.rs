@@ -2,8 +2,9 @@
 
 use anyhow::anyhow;
 use glam::DVec2;
+use maniple_geometry::Segment;
 use maniple_tilemap::{Corner, Resource, Spawn, TileMap, TileShape};
-use maniple_view::{Seat, Shape, Zone};
+use maniple_view::{Seat, Shape, View, Zone};
 use tiny_skia::{
     Color, FillRule, LineCap, Paint, PathBuilder, Pixmap, PremultipliedColorU8, Rect, Stroke, Transform,
 };
@@ -39,6 +40,7 @@ const TREES: [u8; 3] = [66, 96, 66];
 const FORD: [u8; 3] = [196, 206, 200];
 const RAMP: [u8; 3] = [214, 200, 172];
 const CRYSTAL: [u8; 3] = [150, 220, 225];
+const SHROUD: [u8; 3] = [0, 0, 0];
 
 /// The radius in which a resource is drawn, in tiles.
 const RESOURCE_RADIUS: f64 = 0.375;
@@ -53,6 +55,32 @@ pub(crate) struct Picture {
 impl Picture {
     /// Draws the tiles and walls of a map; `scale` is in pixels a tile.
     pub(crate) fn of(map: &TileMap, scale: Option<u32>) -> Result<Self, Failure> {
+        let mut picture = Self::blank(map, scale)?;
+        picture.draw_tiles(map);
+        let wall = |wall: &Segment| (wall.start.x, wall.start.y, wall.end.x, wall.end.y);
+        picture.draw_walls(map.segments().iter().map(wall));
+        Ok(picture)
+    }
+
+    /// Draws the tiles and walls of a map as far as a view knows them: fog is dark, shroud is black.
+    pub(crate) fn of_view(map: &TileMap, view: &View, scale: Option<u32>) -> Result<Self, Failure> {
+        let mut picture = Self::blank(map, scale)?;
+        picture.draw_tiles(map);
+        let edge = picture.edge(map);
+        for y in 0..map.height() {
+            for x in 0..map.width() {
+                if view.terrain().tile(x, y).is_none() {
+                    picture.fill_tile((x, y), edge, SHROUD);
+                } else if !view.is_visible(x, y) {
+                    picture.darken_tile((x, y), edge);
+                }
+            }
+        }
+        picture.draw_walls(view.terrain().segments.iter().copied());
+        Ok(picture)
+    }
+
+    fn blank(map: &TileMap, scale: Option<u32>) -> Result<Self, Failure> {
         let longer = map.width().max(map.height());
         let scale = scale.unwrap_or_else(|| (SIZE_WANTED / longer).clamp(1, 32));
         let size = |tiles: u32| tiles.checked_mul(scale).filter(|&pixels| pixels <= SIZE_MAX);
@@ -64,10 +92,7 @@ impl Picture {
                  the largest scale for this map is {largest}"
             ))
         })?;
-        let mut picture = Self { pixels, scale: float(f64::from(scale)) };
-        picture.draw_tiles(map);
-        picture.draw_walls(map);
-        Ok(picture)
+        Ok(Self { pixels, scale: float(f64::from(scale)) })
     }
 
     /// Draws where seats begin.
@@ -127,7 +152,7 @@ impl Picture {
 
     fn draw_tiles(&mut self, map: &TileMap) {
         self.pixels.fill(Color::from_rgba8(GROUND[0], GROUND[1], GROUND[2], 255));
-        let edge = self.pixels.width() as usize / map.width() as usize;
+        let edge = self.edge(map);
         for y in 0..map.height() {
             for x in 0..map.width() {
                 let tile = map.tile(x, y);
@@ -145,15 +170,39 @@ impl Picture {
         }
     }
 
+    /// Returns the pixels along the edge of a tile.
+    fn edge(&self, map: &TileMap) -> usize {
+        self.pixels.width() as usize / map.width() as usize
+    }
+
     /// Fills a tile of `edge` x `edge` pixels.
-    fn fill_tile(&mut self, (x, y): (u32, u32), edge: usize, [red, green, blue]: [u8; 3]) {
-        let width = self.pixels.width() as usize;
+    fn fill_tile(&mut self, tile: (u32, u32), edge: usize, [red, green, blue]: [u8; 3]) {
         let color = PremultipliedColorU8::from_rgba(red, green, blue, 255);
+        let color = color.unwrap_or(PremultipliedColorU8::TRANSPARENT);
+        self.change_tile(tile, edge, |_| color);
+    }
+
+    /// Darkens a tile of `edge` x `edge` pixels.
+    fn darken_tile(&mut self, tile: (u32, u32), edge: usize) {
+        self.change_tile(tile, edge, |before| {
+            let [red, green, blue] = [before.red() / 2, before.green() / 2, before.blue() / 2];
+            PremultipliedColorU8::from_rgba(red, green, blue, before.alpha()).unwrap_or(before)
+        });
+    }
+
+    fn change_tile(
+        &mut self,
+        (x, y): (u32, u32),
+        edge: usize,
+        change: impl Fn(PremultipliedColorU8) -> PremultipliedColorU8,
+    ) {
+        let width = self.pixels.width() as usize;
         let (left, top) = (x as usize * edge, y as usize * edge);
         for row in top..top + edge {
             let start = row * width + left;
-            let pixels = &mut self.pixels.pixels_mut()[start..start + edge];
-            pixels.fill(color.unwrap_or(PremultipliedColorU8::TRANSPARENT));
+            for pixel in &mut self.pixels.pixels_mut()[start..start + edge] {
+                *pixel = change(*pixel);
+            }
         }
     }
 
@@ -181,11 +230,12 @@ impl Picture {
         }
     }
 
-    fn draw_walls(&mut self, map: &TileMap) {
+    /// Draws walls as x1, y1, x2, y2.
+    fn draw_walls(&mut self, walls: impl Iterator<Item = (f64, f64, f64, f64)>) {
         let mut path = PathBuilder::new();
-        for segment in map.segments() {
-            path.move_to(float(segment.start.x), float(segment.start.y));
-            path.line_to(float(segment.end.x), float(segment.end.y));
+        for (x1, y1, x2, y2) in walls {
+            path.move_to(float(x1), float(y1));
+            path.line_to(float(x2), float(y2));
         }
         let pixels_wide = (self.scale * 0.12).max(1.0);
         let stroke =

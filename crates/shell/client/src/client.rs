@@ -1,19 +1,10 @@
-//! One connection to a match, and the view that it keeps.
+//! A seat in a match.
 
-use std::sync::Arc;
-
-use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, Hello, PROTOCOL, ServerMessage, Welcome,
-    decode_server, encode_client, encode_commands,
-};
+use maniple_protocol::{ClientMessage, Encoding, Hello, PROTOCOL, Welcome, encode_client, encode_commands};
 use maniple_view::{ClockMode, Command, Delta, MatchResult, Rules, Seat, Sequenced, Terrain, View};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
 
+use crate::connection::{Connection, Event, unexpected};
 use crate::error::ClientError;
-
-/// Bytes that are read at once: a few of the usual deltas.
-const READ_SIZE: usize = 16 * 1024;
 
 /// Who connects.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -26,39 +17,11 @@ pub struct Login {
     pub token: String,
 }
 
-/// What the server said.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Event {
-    /// A cycle has passed: the delta has been applied to the view, and the views of both sides are the same.
-    Cycle(Box<Delta>),
-    /// The answer to a ping.
-    Pong {
-        /// The ping's number.
-        id: u32,
-        /// The cycle that ran.
-        cycle: u32,
-        /// How much of its wall-clock time had passed, `0.0..=1.0`; 0 in lock-step and in a pause.
-        fraction: f64,
-    },
-    /// Who wants a pause, and whether there is one.
-    Paused {
-        /// The seats that want it, in their order; once there is one, those that had asked for it.
-        seats: Vec<Seat>,
-        /// Whether the clock stands still.
-        on: bool,
-    },
-    /// The match has ended; nothing comes after.
-    Ended(MatchResult),
-}
-
 /// A seat in a match.
 #[derive(Debug)]
 pub struct Client {
-    stream: TcpStream,
-    frames: FrameDecoder,
-    buffer: Vec<u8>,
-    welcome: Welcome,
-    view: View,
+    connection: Connection,
+    seat: Seat,
     next_seq: u32,
 }
 
@@ -70,29 +33,12 @@ impl Client {
     /// # Errors
     /// A server that cannot be reached, or refuses.
     pub async fn connect(address: &str, login: Login) -> Result<Self, ClientError> {
-        let connected = TcpStream::connect(address).await;
-        let mut stream =
-            connected.map_err(|source| ClientError::Connect { address: address.to_owned(), source })?;
-        stream.set_nodelay(true)?;
         let Login { client, player, token } = login;
         let hello = ClientMessage::Hello(Hello { protocol: PROTOCOL, client, player, token });
-        let mut bytes = Encoding::Binary.preamble().to_vec();
-        bytes.extend(encode_client(Encoding::Binary, &hello)?);
-        write(&mut stream, &bytes).await?;
-        let mut frames = FrameDecoder::new(Encoding::Binary, FRAME_FROM_SERVER_MAX);
-        let mut buffer = vec![0; READ_SIZE];
-        let welcome = match read(&mut stream, &mut frames, &mut buffer).await? {
-            ServerMessage::Welcome(welcome) => welcome,
-            ServerMessage::Refused { reason } => return Err(ClientError::Refused(reason)),
-            ServerMessage::Delta(_) | ServerMessage::Packed(_) => {
-                return Err(unexpected("a delta", "the welcome"));
-            }
-            ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
-            ServerMessage::Paused { .. } => return Err(unexpected("a pause", "the welcome")),
-            ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
-        };
-        let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
-        Ok(Self { stream, frames, buffer, welcome, view, next_seq: 0 })
+        let connection = Connection::open(address, &hello).await?;
+        let seat = connection.welcome.seat;
+        let seat = seat.ok_or_else(|| unexpected("the welcome of a spectator", "that of a player"))?;
+        Ok(Self { connection, seat, next_seq: 0 })
     }
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
@@ -100,18 +46,7 @@ impl Client {
     /// # Errors
     /// A connection that is closed or broken, or a delta after which the two views differ.
     pub async fn next(&mut self) -> Result<Event, ClientError> {
-        match read(&mut self.stream, &mut self.frames, &mut self.buffer).await? {
-            ServerMessage::Delta(delta) => self.take_in(delta),
-            ServerMessage::Packed(packed) => {
-                let delta = packed.unpack(&self.view, &self.welcome.rules)?;
-                self.take_in(delta)
-            }
-            ServerMessage::Ended { result } => Ok(Event::Ended(result)),
-            ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
-            ServerMessage::Paused { seats, on } => Ok(Event::Paused { seats, on }),
-            ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
-            ServerMessage::Welcome(_) => Err(unexpected("a second welcome", "a delta")),
-        }
+        self.connection.next().await
     }
 
     /// Sends commands that were decided on the present view, in as many messages as it takes. Returns the number that
@@ -124,7 +59,7 @@ impl Client {
     pub async fn send(&mut self, commands: Vec<Command>) -> Result<u32, ClientError> {
         let first = self.next_seq;
         let bytes = self.encode(commands)?;
-        write(&mut self.stream, &bytes).await?;
+        self.connection.write(&bytes).await?;
         Ok(first)
     }
 
@@ -134,7 +69,7 @@ impl Client {
     /// None that [`Self::next`] does not tell better, but for a broken system.
     pub async fn done(&mut self) -> Result<(), ClientError> {
         let bytes = self.encode_done()?;
-        write(&mut self.stream, &bytes).await
+        self.connection.write(&bytes).await
     }
 
     /// Asks for a pong.
@@ -142,8 +77,7 @@ impl Client {
     /// # Errors
     /// As [`Self::done`].
     pub async fn ping(&mut self, id: u32) -> Result<(), ClientError> {
-        let bytes = encode_client(Encoding::Binary, &ClientMessage::Ping { id })?;
-        write(&mut self.stream, &bytes).await
+        self.connection.say(&ClientMessage::Ping { id }).await
     }
 
     /// Asks for a pause: there is one once all seats that are in and have a player have asked for it.
@@ -151,7 +85,7 @@ impl Client {
     /// # Errors
     /// As [`Self::done`].
     pub async fn pause(&mut self) -> Result<(), ClientError> {
-        self.say_pause(ClientMessage::Pause { on: true }).await
+        self.connection.say(&ClientMessage::Pause { on: true }).await
     }
 
     /// Ends a pause, or withdraws the wish for one.
@@ -159,7 +93,7 @@ impl Client {
     /// # Errors
     /// As [`Self::done`].
     pub async fn go_on(&mut self) -> Result<(), ClientError> {
-        self.say_pause(ClientMessage::Pause { on: false }).await
+        self.connection.say(&ClientMessage::Pause { on: false }).await
     }
 
     /// Plays the match to its end: `decide` gets the view after each delta, and the delta, and returns the commands.
@@ -173,12 +107,12 @@ impl Client {
         loop {
             match self.next().await? {
                 Event::Cycle(delta) => {
-                    let commands = decide(&self.view, &delta);
+                    let commands = decide(&self.connection.view, &delta);
                     let mut bytes = self.encode(commands)?;
-                    if self.welcome.clock == ClockMode::Lockstep {
+                    if self.connection.welcome.clock == ClockMode::Lockstep {
                         bytes.extend(self.encode_done()?);
                     }
-                    write(&mut self.stream, &bytes).await?;
+                    self.connection.write(&bytes).await?;
                 }
                 Event::Pong { .. } | Event::Paused { .. } => {}
                 Event::Ended(result) => return Ok(result),
@@ -189,36 +123,31 @@ impl Client {
     /// Returns what the player knows of the objects, at the start of the cycle of the last delta.
     #[must_use]
     pub fn view(&self) -> &View {
-        &self.view
+        &self.connection.view
     }
 
     /// Returns the rules; the names of the players are those that had come when this client did.
     #[must_use]
     pub fn rules(&self) -> &Rules {
-        &self.welcome.rules
+        &self.connection.welcome.rules
     }
 
     /// Returns the terrain as far as the player knows it.
     #[must_use]
     pub fn terrain(&self) -> &Terrain {
-        self.view.terrain()
+        self.connection.view.terrain()
     }
 
     /// Returns the seat.
     #[must_use]
     pub fn seat(&self) -> Seat {
-        self.welcome.seat
+        self.seat
     }
 
     /// Returns all that the server said at the beginning.
     #[must_use]
     pub fn welcome(&self) -> &Welcome {
-        &self.welcome
-    }
-
-    fn take_in(&mut self, delta: Delta) -> Result<Event, ClientError> {
-        self.view.apply(&delta)?;
-        Ok(Event::Cycle(Box::new(delta)))
+        &self.connection.welcome
     }
 
     fn encode(&mut self, commands: Vec<Command>) -> Result<Vec<u8>, ClientError> {
@@ -227,47 +156,11 @@ impl Client {
             sequenced.push(Sequenced { seq: self.next_seq, command });
             self.next_seq = self.next_seq.wrapping_add(1);
         }
-        Ok(encode_commands(Encoding::Binary, self.view.cycle(), &sequenced)?)
-    }
-
-    async fn say_pause(&mut self, message: ClientMessage) -> Result<(), ClientError> {
-        let bytes = encode_client(Encoding::Binary, &message)?;
-        write(&mut self.stream, &bytes).await
+        Ok(encode_commands(Encoding::Binary, self.connection.view.cycle(), &sequenced)?)
     }
 
     fn encode_done(&self) -> Result<Vec<u8>, ClientError> {
-        let done = ClientMessage::Done { cycle: self.view.cycle() };
+        let done = ClientMessage::Done { cycle: self.connection.view.cycle() };
         Ok(encode_client(Encoding::Binary, &done)?)
     }
-}
-
-/// Waits for the next message. A wait that is given up loses nothing.
-async fn read(
-    stream: &mut TcpStream,
-    frames: &mut FrameDecoder,
-    buffer: &mut [u8],
-) -> Result<ServerMessage, ClientError> {
-    loop {
-        if let Some(body) = frames.poll()? {
-            return Ok(decode_server(Encoding::Binary, body)?);
-        }
-        let count = stream.read(buffer).await?;
-        if count == 0 {
-            return Err(ClientError::Closed);
-        }
-        frames.handle_bytes(&buffer[..count]);
-    }
-}
-
-/// Writes to a server that may have closed the connection: its reason can still be read then.
-async fn write(stream: &mut TcpStream, bytes: &[u8]) -> Result<(), ClientError> {
-    use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
-    match stream.write_all(bytes).await {
-        Err(error) if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset) => Ok(()),
-        written => Ok(written?),
-    }
-}
-
-fn unexpected(found: &'static str, expected: &'static str) -> ClientError {
-    ClientError::Unexpected { found, expected }
 }

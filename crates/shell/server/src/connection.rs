@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{SendError, Sender};
 use std::time::Duration;
 
-use maniple_protocol::{Encoding, Hello, Inbound, Input, Refused, ServerMessage, encode_server};
+use maniple_protocol::{Encoding, Hello, Inbound, Input, Refused, ServerMessage, Watch, encode_server};
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
@@ -27,6 +27,9 @@ const HELLO_SECONDS: u32 = 5;
 /// Messages of a connection that wait for the simulation. More are left in the socket, so that a flood holds up its
 /// sender alone. A client sends two messages a cycle, and a few more where commands do not fit in one.
 pub const IN_FLIGHT_MAX: usize = 16;
+
+/// The same of a spectator, who has nothing to say but pings: those shall not stand before the commands of players.
+pub const SPECTATOR_IN_FLIGHT_MAX: usize = 1;
 
 /// Time in which bytes that still come in after the last message are read and dropped. A socket that is closed while
 /// its peer goes on to write resets the connection, and what the peer has yet to read is lost, the last message too.
@@ -74,7 +77,7 @@ pub(crate) async fn serve(
     let (half, mut writer) = stream.into_split();
     let mut reader = Reader { half, inbound: Inbound::new(), buffer: vec![0; READ_SIZE] };
     match greet(&mut reader, &gate).await {
-        Greeting::Hello(hello) => attend(&mut reader, &mut writer, hello, connection, &gate).await,
+        Greeting::Opened(opening) => attend(&mut reader, &mut writer, opening, connection, &gate).await,
         Greeting::Refused(reason) => {
             tracing::info!(connection = connection.0, %peer, %reason, "refused");
             refuse(&mut writer, reader.inbound.encoding(), reason).await;
@@ -104,10 +107,18 @@ impl Farewell {
 
 /// How a connection begins.
 enum Greeting {
-    Hello(Hello),
+    Opened(Opening),
     Refused(Refused),
     /// The client has closed it.
     Gone,
+}
+
+/// Who has come.
+enum Opening {
+    /// A player.
+    Hello(Hello),
+    /// A spectator.
+    Watch(Watch),
 }
 
 async fn greet(reader: &mut Reader, gate: &Gate) -> Greeting {
@@ -119,7 +130,8 @@ async fn greet(reader: &mut Reader, gate: &Gate) -> Greeting {
     match first {
         Err(_) => Greeting::Refused(Refused::Timeout { seconds: HELLO_SECONDS }),
         Ok(Err(_) | Ok(None)) => Greeting::Gone,
-        Ok(Ok(Some(Input::Hello(hello)))) => Greeting::Hello(hello),
+        Ok(Ok(Some(Input::Hello(hello)))) => Greeting::Opened(Opening::Hello(hello)),
+        Ok(Ok(Some(Input::Watch(watch)))) => Greeting::Opened(Opening::Watch(watch)),
         Ok(Ok(Some(Input::Violation(reason)))) => Greeting::Refused(reason),
         Ok(Ok(Some(
             Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. } | Input::Pause { .. },
@@ -127,28 +139,42 @@ async fn greet(reader: &mut Reader, gate: &Gate) -> Greeting {
     }
 }
 
-/// Hands everything that comes after the hello to the simulation, and writes what it answers, until the simulation
+/// Hands everything that comes after the first message to the simulation, and writes what it answers, until the simulation
 /// has closed the connection.
 async fn attend(
     reader: &mut Reader,
     writer: &mut OwnedWriteHalf,
-    hello: Hello,
+    opening: Opening,
     connection: ConnectionId,
     gate: &Gate,
 ) {
-    tokio::select! {
-        () = gate.doors.wait_turn(&hello.token) => {}
-        () = gate.ended.cancelled() => {}
+    let turn = async {
+        match &opening {
+            Opening::Hello(hello) => {
+                gate.doors.wait_turn(&hello.token).await;
+                Ok(())
+            }
+            Opening::Watch(_) => gate.doors.wait_turn_to_watch().await,
+        }
+    };
+    let turn = tokio::select! {
+        turn = turn => turn,
+        () = gate.ended.cancelled() => Ok(()),
+    };
+    if let Err(reason) = turn {
+        return refuse(writer, reader.inbound.encoding(), reason).await;
     }
     let (link, outbox) = Link::new(reader.inbound.encoding());
-    if let Err(SendError(Event::Hello { link, .. })) =
-        gate.events.send(Event::Hello { connection, hello, link })
-    {
+    let (event, in_flight_max) = match opening {
+        Opening::Hello(hello) => (Event::Hello { connection, hello, link }, IN_FLIGHT_MAX),
+        Opening::Watch(watch) => (Event::Watch { connection, watch, link }, SPECTATOR_IN_FLIGHT_MAX),
+    };
+    if let Err(SendError(Event::Hello { link, .. } | Event::Watch { link, .. })) = gate.events.send(event) {
         link.refuse(Refused::Shutdown);
     }
     let mut write = std::pin::pin!(outbox.write_to(writer));
     let written = tokio::select! {
-        () = reader.listen(connection, &gate.events) => None,
+        () = reader.listen(connection, in_flight_max, &gate.events) => None,
         written = &mut write => Some(written),
     };
     // The simulation may have ended already; then the link is gone as well.
@@ -194,9 +220,9 @@ impl Reader {
         }
     }
 
-    /// Hands on what the client says until it closes the connection or breaks the protocol.
-    async fn listen(&mut self, connection: ConnectionId, events: &Sender<Event>) {
-        let room = Arc::new(Semaphore::new(IN_FLIGHT_MAX));
+    /// Hands on what the client says, at most so much at a time, until it closes the connection or breaks the protocol.
+    async fn listen(&mut self, connection: ConnectionId, in_flight_max: usize, events: &Sender<Event>) {
+        let room = Arc::new(Semaphore::new(in_flight_max));
         while let Ok(Some(input)) = self.next().await {
             let is_last = matches!(input, Input::Violation(_));
             let Ok(permit) = Arc::clone(&room).acquire_owned().await else { return };

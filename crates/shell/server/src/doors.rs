@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use maniple_protocol::Refused;
 use maniple_view::Seat;
-use tokio::sync::Mutex;
+use tokio::sync::{Mutex, Semaphore};
 use tokio::time::{Instant, sleep_until};
 
+use crate::audience::{SPECTATORS_MAX, spectators_full};
 use crate::token::Token;
 
 /// Least time between two players at one door. A welcome holds the whole terrain, so whoever came again and again with
@@ -22,20 +23,30 @@ pub enum Access {
     Token(Token),
 }
 
-/// The doors of a match: one for each seat, and one for those who come without a token.
+/// The doors of a match: one for each seat, one for those who come without a token, and one for spectators.
 #[derive(Debug)]
 pub(crate) struct Doors {
     access: Vec<Access>,
     /// When the next may go through; by seat.
     with_token: Vec<Mutex<Instant>>,
     without_token: Mutex<Instant>,
+    to_watch: Mutex<Instant>,
+    /// Room for spectators who wait: without a limit they could take the connections of players.
+    waiting_room: Semaphore,
 }
 
 impl Doors {
     /// Returns the doors to seats with these rights of access.
     pub(crate) fn new(access: Vec<Access>) -> Self {
         let now = || Mutex::new(Instant::now());
-        Self { with_token: access.iter().map(|_| now()).collect(), without_token: now(), access }
+        let with_token = access.iter().map(|_| now()).collect();
+        Self {
+            access,
+            with_token,
+            without_token: now(),
+            to_watch: now(),
+            waiting_room: Semaphore::new(SPECTATORS_MAX),
+        }
     }
 
     /// Waits until whoever has this token may go on: in the order in which they came. A token that opens nothing is
@@ -48,9 +59,17 @@ impl Doors {
         } else {
             return;
         };
-        let mut free_at = door.lock().await;
-        sleep_until(*free_at).await;
-        *free_at = Instant::now() + JOIN_INTERVAL;
+        go_through(door).await;
+    }
+
+    /// Waits until a spectator may go on: in the order in which they came.
+    ///
+    /// # Errors
+    /// As many as can watch wait already.
+    pub(crate) async fn wait_turn_to_watch(&self) -> Result<(), Refused> {
+        let Ok(_place) = self.waiting_room.try_acquire() else { return Err(spectators_full()) };
+        go_through(&self.to_watch).await;
+        Ok(())
     }
 
     /// Returns the seat that a token opens.
@@ -86,8 +105,19 @@ impl Doors {
     }
 }
 
+/// Waits until the door is free, and keeps it shut behind for [`JOIN_INTERVAL`].
+async fn go_through(door: &Mutex<Instant>) {
+    let mut free_at = door.lock().await;
+    sleep_until(*free_at).await;
+    *free_at = Instant::now() + JOIN_INTERVAL;
+}
+
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use tokio::task::JoinSet;
+
     use super::*;
 
     #[test]
@@ -118,6 +148,23 @@ mod tests {
         doors.wait_turn(&b.to_string()).await;
         doors.wait_turn("").await;
         doors.wait_turn("nonsense").await;
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
         assert_eq!(start.elapsed(), before);
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
+        assert_eq!(start.elapsed(), before + JOIN_INTERVAL, "spectators have one door");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn no_more_spectators_wait_than_may_watch() {
+        let doors = Arc::new(Doors::new(vec![Access::Open]));
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()), "the door shuts behind the first");
+        let mut waiting = JoinSet::new();
+        for _ in 0..SPECTATORS_MAX + 3 {
+            let doors = Arc::clone(&doors);
+            waiting.spawn(async move { doors.wait_turn_to_watch().await });
+        }
+        let outcomes = waiting.join_all().await;
+        assert_eq!(outcomes.iter().filter(|outcome| outcome.is_err()).count(), 3);
+        assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
     }
 }

@@ -4,6 +4,7 @@
 //! the referee; each connection has a task. They talk through queues that are bounded in both directions, so neither
 //! a flood nor a reader that has stopped reaches the simulation or another player.
 
+mod audience;
 mod connection;
 mod doors;
 mod link;
@@ -14,7 +15,11 @@ mod simulation;
 mod table;
 mod token;
 
-pub use connection::{DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX};
+pub use audience::SPECTATORS_MAX;
+pub use connection::{
+    DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX,
+    SPECTATOR_IN_FLIGHT_MAX,
+};
 pub use doors::{Access, JOIN_INTERVAL};
 pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
 pub use pace::LATE_PERIODS_MAX;

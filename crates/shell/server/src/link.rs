@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use bytes::Bytes;
 use maniple_protocol::{EncodeError, Encoding, Outbound, Refused, ServerMessage};
+use maniple_view::Delta;
 use tokio::io::{AsyncWrite, AsyncWriteExt};
 use tokio::sync::mpsc;
 use tokio::sync::mpsc::error::TrySendError;
@@ -51,6 +52,23 @@ impl Link {
     /// Why the connection has to be closed: it is too slow, or nobody could take this message.
     pub(crate) fn push(&mut self, message: &ServerMessage) -> Result<(), Refused> {
         let bytes = self.outbound.encode(message).map_err(|error| unsendable(&error))?;
+        self.queue(bytes)
+    }
+
+    /// Queues deltas in one piece, which counts as one message: they may be more than may wait.
+    ///
+    /// # Errors
+    /// As [`Self::push`].
+    pub(crate) fn push_deltas(&mut self, deltas: &[Delta]) -> Result<(), Refused> {
+        let mut bytes = Vec::new();
+        for delta in deltas {
+            let message = ServerMessage::Delta(delta.clone());
+            bytes.extend(self.outbound.encode(&message).map_err(|error| unsendable(&error))?);
+        }
+        if bytes.is_empty() { Ok(()) } else { self.queue(bytes) }
+    }
+
+    fn queue(&self, bytes: Vec<u8>) -> Result<(), Refused> {
         match self.queue.try_send(bytes.into()) {
             Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),
             Err(TrySendError::Full(_)) => Err(Refused::TooSlow),
@@ -96,9 +114,10 @@ impl Outbox {
     }
 }
 
+/// Returns why a connection is closed to which a message cannot be written.
 fn unsendable(error: &EncodeError) -> Refused {
     tracing::error!(%error, "a message cannot be sent");
-    Refused::Malformed { place: "a message to this seat".to_owned(), problem: error.to_string() }
+    Refused::Malformed { place: "a message to this client".to_owned(), problem: error.to_string() }
 }
 
 #[cfg(test)]

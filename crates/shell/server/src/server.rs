@@ -21,8 +21,8 @@ use crate::simulation::{Event, Simulation};
 use crate::table::Table;
 use crate::token::Token;
 
-/// Connections at the same time; more wait in the backlog of the socket. There are at most 64 seats, the rest is
-/// those that have not said hello yet, which takes them 5 seconds at most.
+/// Connections at the same time; more wait in the backlog of the socket. There are at most 64 seats and 64 spectators,
+/// the rest is those that have not said hello yet, which takes them 5 seconds at most.
 pub const CONNECTIONS_MAX: usize = 1024;
 
 /// Bytes of a socket's send buffer. The system would let it grow to megabytes, which is a minute and more of deltas
@@ -98,13 +98,17 @@ impl Match {
     ///
     /// # Errors
     /// Not one entry a seat, or an operating system without random bits.
-    pub fn new(referee: Referee, access: Vec<Access>) -> Result<Self, MatchError> {
+    pub fn new(mut referee: Referee, access: Vec<Access>) -> Result<Self, MatchError> {
         let (given, seats) = (access.len(), referee.seats());
         if given != seats {
             return Err(MatchError::Access { given, seats });
         }
         let mut id = [0; 8];
         getrandom::fill(&mut id)?;
+        // Who goes on with a match opens them before its cycles are played again.
+        if referee.cycle().0 == 0 {
+            referee.open_stands();
+        }
         Ok(Self { referee, id: Digest(u64::from_le_bytes(id)), access, sink: None })
     }
 

@@ -1,23 +1,26 @@
 //! The thread that owns the referee.
 
+mod watching;
+
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use maniple_protocol::{Hello, Input, Refused, ServerMessage, Welcome};
-use maniple_referee::{Paused, Referee};
-use maniple_view::{ClockMode, Digest, MatchResult, Seat};
+use maniple_protocol::{Hello, Input, Refused, ServerMessage, Watch, Welcome};
+use maniple_referee::{Paused, Referee, Stand};
+use maniple_view::{ClockMode, Digest, MatchResult, Seat, Vantage};
 use tokio::sync::OwnedSemaphorePermit;
 
-use crate::connection::ConnectionId;
+use crate::audience::{Audience, SPECTATORS_MAX};
+use crate::connection::{ConnectionId, IN_FLIGHT_MAX, SPECTATOR_IN_FLIGHT_MAX};
 use crate::link::Link;
 use crate::pace::Pace;
 use crate::recording::{Recording, RecordingError};
 use crate::server::Sink;
 use crate::table::Table;
 
-/// Events that are taken in before a cycle that is due: all that 64 connections may have in flight. Without a limit
-/// clients could hold up the cycle by talking on.
-pub const EVENTS_BEFORE_STEP_MAX: usize = 64 * crate::connection::IN_FLIGHT_MAX;
+/// Events that are taken in before a cycle that is due: all that 64 players and all spectators may have in flight. Without
+/// a limit clients could hold up the cycle by talking on.
+pub const EVENTS_BEFORE_STEP_MAX: usize = 64 * IN_FLIGHT_MAX + SPECTATORS_MAX * SPECTATOR_IN_FLIGHT_MAX;
 
 /// What happens outside of the simulation.
 #[derive(Debug)]
@@ -31,7 +34,16 @@ pub(crate) enum Event {
         /// The way back.
         link: Link,
     },
-    /// A connection said something after its hello.
+    /// A connection has said that it wants to watch.
+    Watch {
+        /// The connection.
+        connection: ConnectionId,
+        /// What it wants to watch.
+        watch: Watch,
+        /// The way back.
+        link: Link,
+    },
+    /// A connection said something after its first message.
     Input {
         /// The connection.
         connection: ConnectionId,
@@ -54,6 +66,7 @@ pub(crate) struct Simulation {
     referee: Referee,
     match_id: Digest,
     table: Table,
+    audience: Audience,
     /// `None` where nobody wants a replay: then nothing of what has happened is kept.
     recording: Option<Recording<Sink>>,
     events: Receiver<Event>,
@@ -73,7 +86,17 @@ impl Simulation {
         events: Receiver<Event>,
     ) -> Self {
         let start = Instant::now();
-        Self { referee, match_id, table, recording, events, start, pace: None, is_shutting_down: false }
+        Self {
+            referee,
+            match_id,
+            table,
+            audience: Audience::default(),
+            recording,
+            events,
+            start,
+            pace: None,
+            is_shutting_down: false,
+        }
     }
 
     /// Plays the match to its end, and closes all connections. Returns its result; `None` if it was broken off.
@@ -172,6 +195,7 @@ impl Simulation {
         for seat in self.table.seats() {
             self.send_delta(seat);
         }
+        self.send_to_spectators();
         Ok(())
     }
 
@@ -179,9 +203,12 @@ impl Simulation {
         self.referee.handle_time(self.start.elapsed());
         match event {
             Event::Hello { connection, hello, link } => self.handle_hello(connection, &hello, link),
+            Event::Watch { connection, watch, link } => self.handle_watch(connection, &watch, link),
             Event::Input { connection, input, permit } => {
                 if let Some(seat) = self.table.seat_of(connection) {
                     self.handle_input(seat, input);
+                } else if let Some(vantage) = self.audience.vantage_of(connection) {
+                    self.handle_spectator(connection, vantage, input);
                 }
                 drop(permit);
             }
@@ -190,6 +217,8 @@ impl Simulation {
                     self.table.leave(seat);
                     self.referee.handle_leave(seat);
                     tracing::info!(seat = seat.0, cycle = self.referee.cycle().0, "left");
+                } else if self.audience.leave(connection).is_some() {
+                    tracing::info!(connection = connection.0, "watches no more");
                 }
             }
             Event::Shutdown => self.is_shutting_down = true,
@@ -220,7 +249,7 @@ impl Simulation {
             client = hello.client,
             "joined"
         );
-        self.send(seat, &ServerMessage::Welcome(self.welcome(seat)));
+        self.send(seat, &ServerMessage::Welcome(self.welcome(Vantage::Seat(seat), None)));
         self.send_delta(seat);
         let pause = self.referee.pause();
         if pause.on || !pause.seats.is_empty() {
@@ -238,13 +267,12 @@ impl Simulation {
             }
             Input::Done { cycle } => self.referee.handle_done(seat, cycle),
             Input::Ping { id } => {
-                let now = self.start.elapsed();
-                let fraction = self.pace.as_ref().map_or(0.0, |pace| pace.fraction(now));
-                self.send(seat, &ServerMessage::Pong { id, cycle: self.referee.cycle(), fraction });
+                let (cycle, fraction) = (self.referee.cycle(), self.fraction());
+                self.send(seat, &ServerMessage::Pong { id, cycle, fraction });
             }
             Input::Pause { on } => self.handle_pause(seat, on),
             Input::Violation(reason) => self.remove(seat, reason),
-            Input::Hello(_) => self.remove(seat, Refused::Handshake),
+            Input::Hello(_) | Input::Watch(_) => self.remove(seat, Refused::Handshake),
         }
     }
 
@@ -273,17 +301,25 @@ impl Simulation {
         self.send(seat, &ServerMessage::Paused { seats, on });
     }
 
-    fn welcome(&self, seat: Seat) -> Welcome {
+    /// Returns the welcome to a view; `stand` is what a spectator is told of the cycle.
+    fn welcome(&self, vantage: Vantage, stand: Option<&Stand>) -> Welcome {
         Welcome {
             match_id: self.match_id,
-            seat,
+            seat: vantage.seat(),
+            delay: stand.map(Stand::delay),
             seats: u16::try_from(self.referee.seats()).expect("seats are counted in 16 bits"),
-            cycle: self.referee.cycle(),
+            cycle: stand.map_or(self.referee.cycle(), Stand::cycle),
             rate: self.referee.rate(),
             clock: self.referee.mode(),
-            rules: self.referee.rules(),
-            terrain: self.referee.terrain().as_ref().clone(),
+            rules: self.referee.rules_of(vantage),
+            terrain: self.referee.terrain_of(vantage).as_ref().clone(),
         }
+    }
+
+    /// Returns how much of the present cycle's wall-clock time has passed; 0 where nothing is due.
+    fn fraction(&self) -> f64 {
+        let now = self.start.elapsed();
+        self.pace.as_ref().map_or(0.0, |pace| pace.fraction(now))
     }
 
     fn send_delta(&mut self, seat: Seat) {
@@ -318,8 +354,11 @@ impl Simulation {
                 link.close(&last);
             }
         }
+        for link in self.audience.leave_all() {
+            link.close(&last);
+        }
         while let Ok(event) = self.events.try_recv() {
-            if let Event::Hello { link, .. } = event {
+            if let Event::Hello { link, .. } | Event::Watch { link, .. } = event {
                 link.refuse(Refused::Shutdown);
             }
         }

@@ -10,6 +10,7 @@ use toml::Spanned;
 use super::map::map_source;
 use super::nearest::nearest_in_message;
 use super::profile::profile;
+use super::spectators::spectators;
 use super::units::{Modules, Reader, cycles, id};
 use super::{
     COUNT_MAX, Clock, Combat, GROUPS_MAX, Group, HarvestRule, LENGTH_SECONDS_MAX, NAME_BYTES_MAX, Neutral,
@@ -192,6 +193,7 @@ fn scenario(
         production: file.production.is_some(),
         modes: file.modes.is_some(),
         neutral: file.neutral.as_ref().map(|rule| neutral(rule, rate, &names)).transpose()?,
+        spectators: file.spectators.as_ref().map(|rule| spectators(rule, rate)).transpose()?,
         objective: objective(&file.objective, &seats)?,
         seats,
         unit_types,

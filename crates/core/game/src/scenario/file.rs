@@ -17,6 +17,16 @@ pub enum Stall {
     Forfeit,
 }
 
+/// What spectators may watch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Views {
+    /// What a seat sees.
+    Seats,
+    /// What a seat sees, and everything.
+    All,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
@@ -39,6 +49,7 @@ pub(super) struct File {
     pub(super) production: Option<Production>,
     pub(super) modes: Option<Modes>,
     pub(super) neutral: Option<Neutral>,
+    pub(super) spectators: Option<Spectators>,
     pub(super) objective: Spanned<Objective>,
     #[serde(default)]
     pub(super) units: Vec<Spanned<String>>,
@@ -137,6 +148,13 @@ pub(super) struct Neutral {
     pub(super) groups: Spanned<Vec<Group>>,
     pub(super) wander: Option<Spanned<f64>>,
     pub(super) pause_seconds: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Spectators {
+    pub(super) views: Views,
+    pub(super) delay_seconds: Option<Spanned<f64>>,
 }
 
 #[derive(Deserialize)]

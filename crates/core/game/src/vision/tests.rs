@@ -80,6 +80,19 @@ fn walls_hide_what_is_behind_them_and_nothing_else() {
 }
 
 #[test]
+fn who_touches_a_tile_is_on_it_from_whichever_side() {
+    let map = map(&["...", "...", "..."]);
+    let mut middle = TileSet::new(3, 3);
+    middle.insert_run(4, 1);
+    for (away, expected) in [(0.75, true), (0.751, false)] {
+        for (x, y) in [(-away, 0.0), (away, 0.0), (0.0, -away), (0.0, away)] {
+            let object = scout(0, 0, DVec2::new(1.5 + x, 1.5 + y));
+            assert_eq!(is_on(&object, &middle, &map), expected, "{x} {y}");
+        }
+    }
+}
+
+#[test]
 fn without_walls_it_makes_no_difference_whether_they_block() {
     for seed in 0..60 {
         let mut random = Random(seed);

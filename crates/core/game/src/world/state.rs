@@ -31,6 +31,8 @@ pub(crate) struct State {
     pub(crate) field: Field,
     pub(crate) units: Units,
     pub(crate) seats: Vec<SeatState>,
+    /// How many objects there have been that are nobody's.
+    nobodys: u32,
     pub(crate) sight: Sight,
     /// Who came to rest in the last cycle, when and why.
     pub(crate) stops: BTreeMap<ObjectId, (Moment, Stop)>,
@@ -107,6 +109,7 @@ impl State {
             field: Field::new(loaded)?,
             units: Units::default(),
             seats: scenario.seats.iter().map(seat).collect(),
+            nobodys: 0,
             sight: match scenario.vision {
                 None => Sight::Perfect,
                 Some(vision) => {
@@ -147,11 +150,13 @@ impl State {
             }
         };
         let hit_points = kind.hit_points.unwrap_or(0);
-        let index = seat.map_or(id.0, |seat| self.seats[seat.index()].had);
-        if let Some(seat) = seat {
-            self.seats[seat.index()].had += 1;
-        }
-        let unit = Unit::new(seat, index, unit_type, body);
+        // Not the number of the object: it follows from how many others there are.
+        let had = match seat {
+            Some(seat) => &mut self.seats[seat.index()].had,
+            None => &mut self.nobodys,
+        };
+        let unit = Unit::new(seat, *had, unit_type, body);
+        *had += 1;
         Ok(self.units.push(Unit { hit_points, amount, ..unit }))
     }
 

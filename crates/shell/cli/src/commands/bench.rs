@@ -1,10 +1,11 @@
-//! `maniple bench`: what the core can do on this machine.
+//! `maniple bench`: what a cycle costs, in time on this machine and in bytes.
 
 mod absent;
 mod broad;
 mod march;
 mod scale;
 mod tradeoff;
+mod wire;
 
 use std::time::Duration;
 
@@ -18,6 +19,7 @@ pub(crate) fn run(command: &BenchCommand) -> Result<(), Failure> {
         BenchCommand::Broad(arguments) => broad::run(arguments),
         BenchCommand::Absent(arguments) => absent::run(arguments),
         BenchCommand::Tradeoff(arguments) => tradeoff::run(arguments),
+        BenchCommand::Wire(arguments) => wire::run(arguments),
     }
 }
 

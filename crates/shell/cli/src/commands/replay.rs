@@ -1,5 +1,7 @@
 //! `maniple replay`: what a match was, and that it is so again.
 
+mod view;
+
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -8,7 +10,7 @@ use maniple_game::{Loaded, load};
 use maniple_geometry::Cycle;
 use maniple_protocol::{Record, Replay, read_replay};
 use maniple_referee::{RecordedEvent, Referee, ReplayError};
-use maniple_view::{ClockMode, Digest, MatchResult, Objective, Seat};
+use maniple_view::{ClockMode, Digest, MatchResult, Objective, Rules, Seat};
 use serde::Serialize;
 
 use crate::arguments::{ReplayCommand, ReplayFile, ReplayRender};
@@ -22,6 +24,7 @@ pub(crate) fn run(command: &ReplayCommand) -> Result<(), Failure> {
     match command {
         ReplayCommand::Info(arguments) => info(arguments),
         ReplayCommand::Verify(arguments) => verify(arguments),
+        ReplayCommand::View(arguments) => view::run(arguments),
         ReplayCommand::Render(arguments) => render(arguments),
     }
 }
@@ -144,6 +147,7 @@ fn verify(arguments: &ReplayFile) -> Result<(), Failure> {
 fn render(arguments: &ReplayRender) -> Result<(), Failure> {
     let (replay, _) = read(&arguments.file)?;
     let mut referee = beginning(&replay, &arguments.file)?;
+    let seat = arguments.seat.map(|seat| known_seat(seat, &referee)).transpose()?;
     let wanted = Cycle(arguments.cycle);
     for event in maniple_server::events(&replay) {
         let is_beyond = matches!(&event, RecordedEvent::Hash { cycle, .. } if *cycle > wanted);
@@ -161,17 +165,30 @@ fn render(arguments: &ReplayRender) -> Result<(), Failure> {
             referee.cycle()
         )));
     }
-    files::write(&arguments.out, &drawn(&referee, arguments.scale)?.png()?)
+    let picture = match seat {
+        Some(seat) => drawn_as_seen(&referee, seat, arguments.scale)?,
+        None => drawn(&referee, arguments.scale)?,
+    };
+    files::write(&arguments.out, &picture.png()?)
+}
+
+/// Returns the picture of what a seat sees.
+fn drawn_as_seen(referee: &Referee, seat: Seat, scale: Option<u32>) -> Result<Picture, Failure> {
+    let view = referee.view(seat);
+    let mut picture = Picture::of_view(&referee.loaded().map, view, scale)?;
+    let rules = referee.rules();
+    draw_zones(&mut picture, &rules);
+    for (_, seen) in view.objects() {
+        let shape = rules.unit_types[usize::from(seen.unit_type.0)].shape;
+        picture.draw_object(seen.base.position(view.cycle()), shape, seen.owner);
+    }
+    Ok(picture)
 }
 
 fn drawn(referee: &Referee, scale: Option<u32>) -> Result<Picture, Failure> {
     let mut picture = Picture::of(&referee.loaded().map, scale)?;
     let rules = referee.rules();
-    if let Objective::Race { zones } = &rules.objective {
-        for zone in zones {
-            picture.draw_zone(zone);
-        }
-    }
+    draw_zones(&mut picture, &rules);
     // Each seat's view has all its own objects, in fog too.
     for seat in (0..).map(Seat).take(referee.seats()) {
         let view = referee.view(seat);
@@ -183,6 +200,23 @@ fn drawn(referee: &Referee, scale: Option<u32>) -> Result<Picture, Failure> {
         }
     }
     Ok(picture)
+}
+
+fn draw_zones(picture: &mut Picture, rules: &Rules) {
+    if let Objective::Race { zones } = &rules.objective {
+        for zone in zones {
+            picture.draw_zone(zone);
+        }
+    }
+}
+
+/// Returns a seat that was asked for.
+fn known_seat(seat: u16, referee: &Referee) -> Result<Seat, Failure> {
+    let seats = referee.seats();
+    if usize::from(seat) < seats {
+        return Ok(Seat(seat));
+    }
+    Err(Failure::usage(format!("--seat {seat}: the match has seats 0 to {}", seats.saturating_sub(1))))
 }
 
 fn read(path: &Path) -> Result<(Replay, usize), Failure> {

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use anyhow::Context;
 use maniple_game::Overrides;
+use maniple_game::scenario::{Spectators, Views};
 use maniple_server::{Access, Match, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
@@ -24,6 +25,27 @@ struct Opened {
     seed: u64,
     clock: ClockMode,
     seats: Vec<OpenSeat>,
+    /// What may be watched; null: nothing.
+    spectators: Option<Watchable>,
+}
+
+/// What spectators may watch.
+#[derive(Debug, Serialize)]
+struct Watchable {
+    /// `seats`, or `all`: everything, too.
+    views: &'static str,
+    /// Cycles by which they are behind.
+    delay: u32,
+}
+
+impl Watchable {
+    fn of(Spectators { views, delay }: Spectators) -> Self {
+        let views = match views {
+            Views::Seats => "seats",
+            Views::All => "all",
+        };
+        Self { views, delay }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -40,7 +62,11 @@ impl Opened {
             ClockMode::Lockstep => "lockstep",
         };
         let mut text = format!("listening {}\n", self.address);
-        let _ = writeln!(text, "match {}: {}, seed {}, {clock}", self.id, self.scenario, self.seed);
+        let _ = write!(text, "match {}: {}, seed {}, {clock}", self.id, self.scenario, self.seed);
+        if let Some(Watchable { views, delay }) = &self.spectators {
+            let _ = write!(text, "; spectators may watch {views}, {delay} cycles behind");
+        }
+        text.push('\n');
         for OpenSeat { seat, token } in &self.seats {
             let _ = writeln!(text, "seat {seat} token {}", token.as_deref().unwrap_or("-"));
         }
@@ -117,6 +143,7 @@ fn prepare(
     let loaded = start::loaded(arguments.scenario.as_deref(), &asked)?;
     note(&models::line(&loaded));
     let (scenario, seed) = (loaded.scenario.name.clone(), loaded.scenario.seed);
+    let spectators = loaded.scenario.spectators.map(Watchable::of);
     let referee = start::referee(loaded, clock)?;
     let game = match access {
         Some(access) => Match::new(referee, access),
@@ -140,6 +167,7 @@ fn prepare(
         seed,
         clock,
         seats: (0..).zip(game.access()).map(open_seat).collect(),
+        spectators,
     };
     print(Format::of(&arguments.json), &opened, Opened::text)?;
     Ok((game, seed.wrapping_add(1)))

@@ -50,10 +50,10 @@ fn who_flies_passes_over_walls_and_units_but_not_over_the_edge_nor_through_who_f
     check("jet", (9.5, 6.0), Stop::Arrived);
     check("jet", (5.0, 6.0), Stop::Arrived);
     check("jet", (14.0, 6.0), Stop::Arrived);
-    check("jet", (23.0, 6.0), Stop::Object(ObjectId(3)));
+    check("jet", (23.0, 6.0), Stop::Object(Some(ObjectId(3))));
     check("jet", (3.0, 12.0), Stop::Edge);
     check("jet", (0.0, 6.0), Stop::Edge);
-    check("tank", (18.0, 6.0), Stop::Object(ObjectId(1)));
+    check("tank", (18.0, 6.0), Stop::Object(Some(ObjectId(1))));
     check("tank", (9.5, 8.0), Stop::Segment);
 }
 

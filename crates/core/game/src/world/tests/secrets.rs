@@ -1,7 +1,7 @@
 //! What the rules do for a seat says nothing of what it does not see.
 
 use maniple_geometry::ObjectId;
-use maniple_view::{Command, EndOfTask, Own, Refusal, Seat, Sighting, Status, Task};
+use maniple_view::{Command, EndOfTask, Own, Refusal, Seat, Sighting, Status, Stop, Task};
 
 use super::play::{Dice, TABLES};
 use super::stage::{
@@ -139,4 +139,36 @@ fn the_luck_of_a_unit_does_not_depend_on_what_others_make() {
     let ((one, alone), (other, beside)) = (hit_points(false), hit_points(true));
     assert_ne!(one, other, "it has another number");
     assert_eq!(alone, beside);
+}
+
+#[test]
+fn where_what_is_nobodys_wanders_does_not_depend_on_how_many_others_there_are() {
+    let tables = "[neutral]\ngroups = [{ unit = 'sheep', count = 1 }]\nwander = 2\npause_seconds = 1\n\
+                  [unit.sheep]\nradius = 0.25\nspeed = 2\n";
+    let sheep = [nobodys("sheep", 6.0, 6.0, 0), nobodys("sheep", 12.0, 6.0, 0)];
+    let places = |others: &[Stand<'_>]| {
+        let stands = [others, &sheep].concat();
+        let mut stage = Plan { tables, ..Plan::default() }.stage(&stands);
+        stage.step(40);
+        let objects = stage.world.objects().iter();
+        objects.filter(|it| it.owner.is_none()).map(|it| it.base.point).collect::<Vec<_>>()
+    };
+    let alone = places(&[]);
+    assert_eq!(alone.len(), 2);
+    assert_eq!(alone, places(&[own(1, "post", 22.0, 1.0), own(1, "post", 22.0, 11.0)]));
+}
+
+#[test]
+fn who_runs_into_two_at_the_same_moment_is_told_of_neither() {
+    let tables = "[unit.pawn]\nradius = 0.25\nspeed = 4\n";
+    for (others, expected) in [
+        (&[own(1, "pawn", 9.0, 5.625), own(1, "pawn", 9.0, 6.375)][..], None),
+        (&[own(1, "pawn", 9.0, 5.625), own(1, "pawn", 9.25, 6.375)][..], Some(ObjectId(1))),
+    ] {
+        let mut stage =
+            Plan { tables, ..Plan::default() }.stage(&[&[own(0, "pawn", 6.0, 6.0)], others].concat());
+        stage.tell(&go(0, 12.0, 6.0)).unwrap();
+        stage.step_until(|stage| !stage.is_moving(0) && stage.world.cycle().0 > 0);
+        assert_eq!(stage.see(0).unwrap().stop, Some(Stop::Object(expected)), "{others:?}");
+    }
 }

@@ -70,7 +70,8 @@ impl Judge {
         self.is_cut = false;
         let welcome = ServerMessage::Welcome(Welcome {
             match_id: MATCH,
-            seat: CLIENT,
+            seat: Some(CLIENT),
+            delay: None,
             seats: 2,
             cycle: self.referee.cycle(),
             rate: self.referee.rate(),
@@ -105,12 +106,11 @@ impl Judge {
             }
             return;
         }
-        let length = list.len();
-        match self.referee.handle_commands(CLIENT, seen_cycle, list) {
-            Ok(()) => self.given += length,
-            Err(_) => {
-                self.note(Mistake::TooManyCommands { limit: self.referee.rules().commands_a_cycle_max })
-            }
+        let (length, limit) = (list.len(), self.referee.rules().commands_a_cycle_max);
+        let is_taken = self.referee.handle_commands(CLIENT, seen_cycle, list).is_ok();
+        self.given += if is_taken { length } else { 0 };
+        if !is_taken || self.given > usize::try_from(limit).unwrap_or(usize::MAX) {
+            self.note(Mistake::TooManyCommands { limit });
         }
     }
 

@@ -189,8 +189,15 @@ fn expected_instead(reason: &Refused) -> String {
         Refused::Token => "no token, or one of 32 hex digits".to_owned(),
         Refused::TooLarge { limit } => format!("messages of at most {limit} bytes"),
         Refused::Timeout { seconds } => format!("a hello within {seconds} s"),
-        Refused::Full | Refused::Replaced | Refused::TooSlow | Refused::Shutdown => {
-            "a connection that stays".to_owned()
-        }
+        Refused::Spectator => "a hello, because this is for players".to_owned(),
+        Refused::Full
+        | Refused::Replaced
+        | Refused::TooSlow
+        | Refused::Shutdown
+        | Refused::NoSpectators
+        | Refused::SeatsOnly
+        | Refused::NoSuchSeat { .. }
+        | Refused::SpectatorsFull { .. }
+        | Refused::HeldTooMuch => "a connection that plays to the end".to_owned(),
     }
 }
