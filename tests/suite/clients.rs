@@ -76,6 +76,27 @@ async fn each_client_says_why_the_server_refused_it() {
     }
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn the_bot_that_the_readme_of_the_clients_shows_plays_a_match_to_its_end() {
+    if !is_there("python3") {
+        return skipped("the bot of clients/README.md needs python3, which is not here");
+    }
+    let arena = Arena::open(&race("positions = 'exact'", 10), ClockMode::Lockstep);
+    let other = tokio::spawn(play_to_the_last(arena.client(1).await, bot("straight", 1)));
+    let readme = std::fs::read_to_string(format!("{ROOT}/clients/README.md")).unwrap();
+    let shown = readme.split("```python\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let (_, port) = arena.address.split_once(':').unwrap();
+    let code = shown.replace("7171", port).replace("TOKEN", &arena.tokens[0]);
+    let mut command = Command::new("python3");
+    command.args(["-B", "-c", &code]).env("PYTHONPATH", format!("{ROOT}/clients"));
+    let output = tokio::task::spawn_blocking(move || command.output().unwrap()).await.unwrap();
+    let told = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let result = arena.outcome().await.result.unwrap();
+    assert!(told.contains(&result.hash.to_string()), "{told}");
+    assert_eq!(other.await.unwrap().unwrap(), result);
+}
+
 /// Plays a match in lock-step at seat 0 against a bot, and checks that the client tells the end as the server does, and
 /// that all its checks agreed.
 async fn play_to_the_end(program: &Program, loaded: &Loaded, opponent: &str) -> MatchResult {
