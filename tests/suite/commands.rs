@@ -71,6 +71,8 @@ fn every_command_has_help_with_an_example() {
         "match",
         "serve",
         "bot",
+        "conformance",
+        "conformance serve",
         "replay",
         "replay info",
         "replay verify",

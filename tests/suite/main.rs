@@ -6,7 +6,9 @@
 mod architecture;
 mod arena;
 mod bench;
+mod clients;
 mod commands;
+mod conformance;
 mod fog;
 mod generate;
 mod kinematics;
@@ -27,3 +29,4 @@ mod show;
 mod simulate;
 mod spectators;
 mod tournament;
+mod transcripts;

@@ -422,7 +422,8 @@ async fn play(client: Client, bot: Box<dyn Bot + Send>) -> (MatchResult, View) {
     (result, client.view().clone())
 }
 
-async fn play_to_the_last(
+/// Plays to the end, whatever that is.
+pub(crate) async fn play_to_the_last(
     mut client: Client,
     mut bot: Box<dyn Bot + Send>,
 ) -> Result<MatchResult, ClientError> {

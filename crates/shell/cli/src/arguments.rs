@@ -1,5 +1,6 @@
 //! The command line.
 
+mod conformance;
 mod generate;
 mod profile;
 mod tournament;
@@ -12,6 +13,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use maniple_game::Overrides;
 
 use crate::output::JsonFlag;
+pub(crate) use conformance::{ConformanceCommand, ConformanceServe};
 pub(crate) use generate::MapGenerate;
 pub(crate) use profile::ProfileArguments;
 pub(crate) use tournament::ManyArguments;
@@ -74,6 +76,9 @@ pub(crate) enum Command {
     /// Play a seat of a running match with a shipped bot
     #[command(after_help = "Example: maniple bot straight --connect 127.0.0.1:7171 --token TOKEN")]
     Bot(Bot),
+    /// Test a client that somebody wrote
+    #[command(subcommand, after_help = "Example: maniple conformance serve")]
+    Conformance(ConformanceCommand),
     /// Watch a running match, as far behind as its scenario says: what a seat sees, or everything
     #[command(after_help = "Example: maniple watch --connect 127.0.0.1:7171 --seat 0")]
     Watch(Watch),

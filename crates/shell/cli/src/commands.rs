@@ -2,6 +2,7 @@
 
 pub(crate) mod bench;
 pub(crate) mod bot;
+pub(crate) mod conformance;
 pub(crate) mod map;
 pub(crate) mod play;
 pub(crate) mod replay;

@@ -1,4 +1,4 @@
-//! The command `maniple`: serve, match, bot, watch, replay, map, simulate, bench.
+//! The command `maniple`: serve, match, bot, watch, conformance, replay, map, simulate, bench.
 
 mod arguments;
 mod commands;
@@ -42,6 +42,7 @@ fn run(command: Command) -> Result<(), Failure> {
         Command::Match(play) => commands::play::run(&play),
         Command::Serve(serve) => commands::serve::run(&serve),
         Command::Bot(bot) => commands::bot::run(&bot),
+        Command::Conformance(conformance) => commands::conformance::run(&conformance),
         Command::Watch(watch) => commands::watch::run(&watch),
         Command::Replay(replay) => commands::replay::run(&replay),
         Command::Bench(bench) => commands::bench::run(&bench),
@@ -56,6 +57,7 @@ fn minds_interrupts(command: &Command) -> bool {
         Command::Map(_)
         | Command::Simulate(_)
         | Command::Bot(_)
+        | Command::Conformance(_)
         | Command::Watch(_)
         | Command::Replay(_)
         | Command::Bench(_) => false,
