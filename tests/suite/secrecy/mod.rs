@@ -18,7 +18,7 @@ use maniple_geometry::{Cycle, ObjectId};
 use maniple_protocol::{Encoding, GridDelta, ServerMessage, Welcome, encode_server};
 use maniple_referee::Referee;
 use maniple_view::{
-    ClockMode, Command, CommandResult, Delta, Digest, Handle, Outcome, Refusal, Seat, Sequenced, View,
+    ClockMode, Command, CommandResult, Delta, Digest, Handle, Outcome, Refusal, Scalar, Seat, Sequenced, View,
 };
 use rayon::prelude::*;
 
@@ -436,6 +436,7 @@ fn twin(scene: &Scene, side: &Side) -> Twin {
     Twin {
         blocked: (0..map.height()).map(|y| (0..map.width()).map(|x| is_blocked(x, y)).collect()).collect(),
         walls_block: rules.walls_block,
+        is_single: scene.loaded[side.world].scenario.profile.scalar == Scalar::F32,
         unit_types: rules.unit_types,
         teams: rules.teams,
         watcher: scene.watcher,
