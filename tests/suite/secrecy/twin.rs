@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use maniple_game::World;
-use maniple_geometry::ObjectId;
+use maniple_geometry::{Moment, ObjectId};
 use maniple_view::{Layer, Seat, Shape, Sighting, UnitType};
 
 /// The rules by which a team sees.
@@ -19,6 +19,8 @@ pub(super) struct Twin {
     /// Row by row: whether a tile is blocked.
     pub(super) blocked: Vec<Vec<bool>>,
     pub(super) walls_block: bool,
+    /// Whether the world is one of single precision.
+    pub(super) is_single: bool,
     pub(super) unit_types: Vec<UnitType>,
     /// By seat.
     pub(super) teams: Vec<u16>,
@@ -62,6 +64,16 @@ impl Twin {
         distance(other.1 - one.1, self.kind(one.0).shape, self.kind(other.0).shape)
     }
 
+    /// Returns where an object is, rounded as the world rounds it.
+    fn place(&self, it: &Sighting, world: &World) -> DVec2 {
+        let base = &it.base;
+        if !self.is_single {
+            return base.position(world.cycle());
+        }
+        let elapsed = Moment { cycle: base.cycle, fraction: base.fraction }.until(world.cycle());
+        (base.point.as_vec2() + base.velocity.as_vec2() * elapsed as f32).as_dvec2()
+    }
+
     fn is_of_team(&self, it: &Sighting) -> bool {
         it.owner.is_some_and(|owner| self.teams[owner.index()] == self.teams[self.watcher.index()])
     }
@@ -69,7 +81,7 @@ impl Twin {
     /// Compares squares where both are round, as sight does: a root would round.
     fn is_in_sight(&self, eye: &Sighting, other: &Sighting, world: &World) -> bool {
         let sight = self.kind(eye).sight;
-        let (from, to) = (eye.base.position(world.cycle()), other.base.position(world.cycle()));
+        let (from, to) = (self.place(eye, world), self.place(other, world));
         if let (Shape::Circle { radius: one }, Shape::Circle { radius: two }) =
             (self.kind(eye).shape, self.kind(other).shape)
         {
@@ -81,7 +93,7 @@ impl Twin {
 
     /// Returns whether an object covers or touches a visible tile.
     fn is_on(&self, it: &Sighting, world: &World, visible: &[Vec<bool>]) -> bool {
-        let center = it.base.position(world.cycle());
+        let center = self.place(it, world);
         let tile = Shape::Rectangle { width: 1.0, height: 1.0 };
         self.all_tiles().any(|(x, y)| {
             let middle = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -91,7 +103,7 @@ impl Twin {
 
     fn look_at_tiles(&self, eye: &Sighting, world: &World, visible: &mut [Vec<bool>]) {
         let kind = self.kind(eye);
-        let center = eye.base.position(world.cycle());
+        let center = self.place(eye, world);
         let (half, radius) = (kind.shape.half(), kind.shape.rounding());
         let (low, high) = (tile_of(center - half), tile_of(center + half));
         let hides = self.walls_block && kind.layer == Layer::Ground;
