@@ -435,7 +435,7 @@ const rules = record({
     survive: record({ team: uint }),
   }),
   teams: uints, friendly_fire: flag, objects_max: uint, training_max: uint, fog: flag,
-  terrain: names("known", "explored"), walls_block: flag,
+  terrain: names("known", "explored"), walls_block: flag, identity: names("fresh", "persistent"),
   positions: choice({ exact: null, grid: record({ bits: byte }) }),
 });
 const wall = sequence(double, double, double, double);

@@ -344,7 +344,8 @@ RULES = record(
     scenario=TEXT, cycles_max=UINT, players=list_of(TEXT), unit_types=list_of(UNIT_TYPE),
     stops=enum("both", "approaching"), skin=DOUBLE, waypoints_max=UINT, commands_a_cycle_max=UINT,
     objective=OBJECTIVE, teams=UINTS, friendly_fire=FLAG, objects_max=UINT, training_max=UINT, fog=FLAG,
-    terrain=enum("known", "explored"), walls_block=FLAG, positions=enum(exact=None, grid=record(bits=BYTE)))
+    terrain=enum("known", "explored"), walls_block=FLAG,
+    identity=enum("fresh", "persistent"), positions=enum(exact=None, grid=record(bits=BYTE)))
 WALL = sequence(DOUBLE, DOUBLE, DOUBLE, DOUBLE)
 WELCOME = record(
     match=DIGEST, seat=option(UINT), delay=option(UINT), seats=UINT, cycle=UINT, rate=DOUBLE, clock=enum("realtime", "lockstep"), rules=RULES,

@@ -41,6 +41,7 @@ fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
 #[test]
 fn worlds_that_differ_only_out_of_sight_are_told_byte_for_byte_alike() {
     tell_alike("[vision]", [&plain(), &plain()]);
+    tell_alike("[vision]\nidentity = 'persistent'", [&plain(), &plain()]);
 }
 
 #[test]

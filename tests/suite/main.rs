@@ -25,6 +25,7 @@ mod protocol;
 mod rational;
 mod readme;
 mod secrecy;
+mod show;
 mod simulate;
 mod spectators;
 mod tournament;

@@ -18,10 +18,10 @@ use maniple_referee::{HELD_ENTRIES_MAX, PAUSES_MAX};
 use maniple_server::SPECTATORS_MAX;
 use maniple_view::{
     Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
-    Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode,
-    Moved, Objective, Outcome, Own, Positions, Profile, Refusal, Rules, Scalar, Score, Seat, Sequenced,
-    Shape, Shot, Solver, Splash, Status, StopReason, Stopped, Stops, Tally, Task, Terrain, TerrainKnowledge,
-    UnitType, UnitTypeId, Vantage, View, WAYPOINTS_MAX, Weapon, Zone,
+    Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Identity, Layer, Making,
+    MatchResult, Mode, Moved, Objective, Outcome, Own, Positions, Profile, Refusal, Rules, Scalar, Score,
+    Seat, Sequenced, Shape, Shot, Solver, Splash, Status, StopReason, Stopped, Stops, Tally, Task, Terrain,
+    TerrainKnowledge, UnitType, UnitTypeId, Vantage, View, WAYPOINTS_MAX, Weapon, Zone,
 };
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
@@ -275,6 +275,7 @@ fn welcome() -> Welcome {
             fog: true,
             terrain: TerrainKnowledge::Explored,
             walls_block: true,
+            identity: Identity::Persistent,
             positions: Positions::Exact,
         },
         terrain: Terrain {

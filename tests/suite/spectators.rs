@@ -4,27 +4,23 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Stdio};
-use std::sync::Arc;
 
-use maniple_bots::Bot;
 use maniple_client::{ClientError, Event, Spectator};
 use maniple_game::Loaded;
 use maniple_geometry::Cycle;
-use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, Hello, PROTOCOL, Refused, ServerMessage,
-    Watch, Welcome, decode_server, encode_client,
-};
+use maniple_protocol::{ClientMessage, Encoding, Refused, ServerMessage};
 use maniple_referee::WatchError;
 use maniple_server::SPECTATORS_MAX;
 use maniple_view::{
     ClockMode, Command, Delta, Handle, MatchResult, Seat, Seen, Sequenced, Sighting, Vantage, View,
 };
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::{TcpSocket, TcpStream};
+use tokio::io::AsyncWriteExt;
+use tokio::net::TcpSocket;
 
-use crate::arena::{Arena, NAMES, bot, loaded, tiny};
+use crate::arena::{Arena, loaded, tiny};
 use crate::commands::{fails, file, folder, maniple, run, serve};
 use crate::matches::{Game, open, shipped};
+use crate::show::{Show, Tap, hello, opening, watch};
 
 /// Cycles by which spectators are behind.
 const DELAY: u32 = 8;
@@ -293,6 +289,8 @@ async fn a_spectator_has_no_say_and_holds_nobody_up() {
         for (message, expected) in &cases {
             let mut tap = Tap::watch(&show.arena, encoding, A).await;
             tap.say(message).await;
+            // So that it is answered even if the message is not.
+            tap.say(&ClientMessage::Ping { id: 1 }).await;
             let (_, answer) = tap.next().await.unwrap();
             assert_eq!(answer, ServerMessage::Refused { reason: expected.clone() });
         }
@@ -441,205 +439,6 @@ fn is_told_of(object: &Sighting, seen: &Seen, cycle: Cycle) -> bool {
     is_there
         && (seen.unit_type, seen.owner, seen.status, seen.own)
             == (object.unit_type, object.owner, object.status, own)
-}
-
-/// A match over sockets whose players are led by hand: seat 0 speaks JSON, seat 1 binary.
-struct Show {
-    arena: Arena,
-    players: Vec<(Tap, Box<dyn Bot + Send>)>,
-    /// By seat and cycle.
-    views: [Vec<View>; 2],
-    /// The last message of each, which is not answered yet.
-    last: Vec<Delta>,
-}
-
-impl Show {
-    /// Opens it and plays to no cycle yet.
-    async fn open(scenario: &Loaded) -> Self {
-        let arena = Arena::open(scenario, ClockMode::Lockstep);
-        let mut players = Vec::new();
-        for (seat, encoding) in [(0, Encoding::Json), (1, Encoding::Binary)] {
-            let first = ClientMessage::Hello(hello(&arena, seat));
-            let tap = Tap::open(&arena, encoding, first, Vantage::Seat(Seat(seat.try_into().unwrap()))).await;
-            let mut bot = bot(["straight", "random"][seat], seat.try_into().unwrap());
-            bot.on_start(tap.welcome.seat.unwrap(), &tap.welcome.rules, &tap.welcome.terrain);
-            players.push((tap, bot));
-        }
-        let mut show = Self { arena, players, views: [vec![], vec![]], last: vec![] };
-        show.take().await;
-        show
-    }
-
-    /// Takes the next delta of each seat; returns whether the match goes on.
-    async fn take(&mut self) -> bool {
-        self.last.clear();
-        for (seat, (tap, _)) in self.players.iter_mut().enumerate() {
-            if let ServerMessage::Ended { result } = tap.next().await.unwrap().1 {
-                tap.result = Some(result);
-                continue;
-            }
-            self.views[seat].push(tap.view.clone());
-            self.last.push(tap.delta.clone().unwrap());
-        }
-        !self.last.is_empty()
-    }
-
-    async fn answer(&mut self) {
-        for ((tap, bot), delta) in self.players.iter_mut().zip(&self.last) {
-            let commands = bot.on_cycle(&tap.view, delta);
-            let list = (0..).zip(commands).map(|(seq, command)| Sequenced { seq, command }).collect();
-            tap.say(&ClientMessage::Commands { seen_cycle: delta.cycle, list }).await;
-            tap.say(&ClientMessage::Done { cycle: delta.cycle }).await;
-        }
-    }
-
-    /// Plays until the match is at the start of this cycle, where it stays.
-    async fn play_to(&mut self, cycle: u32) {
-        while self.last[0].cycle.0 < cycle {
-            self.answer().await;
-            assert!(self.take().await, "the match lasts longer");
-        }
-    }
-
-    async fn pause(&mut self) {
-        for (place, on) in [(0, false), (1, true)] {
-            self.players[place].0.say(&ClientMessage::Pause { on: true }).await;
-            self.hear_pause(on).await;
-        }
-    }
-
-    async fn go_on(&mut self) {
-        self.players[0].0.say(&ClientMessage::Pause { on: false }).await;
-        self.hear_pause(false).await;
-    }
-
-    async fn hear_pause(&mut self, expected: bool) {
-        for (tap, _) in &mut self.players {
-            let (_, message) = tap.next().await.unwrap();
-            assert!(matches!(message, ServerMessage::Paused { on, .. } if on == expected), "{message:?}");
-        }
-    }
-
-    /// Plays to the end; returns what each seat was told, its views by cycle, and the outcome.
-    async fn play_out(mut self) -> (Vec<Vec<Vec<u8>>>, [Vec<View>; 2], crate::arena::Outcome) {
-        loop {
-            self.answer().await;
-            if !self.take().await {
-                break;
-            }
-        }
-        let told = self.players.into_iter().map(|(tap, _)| tap.told).collect();
-        (told, self.views, self.arena.outcome().await)
-    }
-}
-
-/// A connection of which every byte is looked at.
-struct Tap {
-    encoding: Encoding,
-    vantage: Vantage,
-    stream: TcpStream,
-    frames: FrameDecoder,
-    welcome: Welcome,
-    view: View,
-    /// The bodies of all deltas.
-    told: Vec<Vec<u8>>,
-    /// The last of them.
-    delta: Option<Delta>,
-    result: Option<MatchResult>,
-}
-
-impl Tap {
-    async fn watch(arena: &Arena, encoding: Encoding, vantage: Vantage) -> Self {
-        Self::open(arena, encoding, watch(vantage), vantage).await
-    }
-
-    async fn open(arena: &Arena, encoding: Encoding, first: ClientMessage, vantage: Vantage) -> Self {
-        let mut stream = TcpStream::connect(&arena.address).await.unwrap();
-        stream.set_nodelay(true).unwrap();
-        stream.write_all(&opening(encoding, &first)).await.unwrap();
-        let mut frames = FrameDecoder::new(encoding, FRAME_FROM_SERVER_MAX);
-        let (_, message) = read(&mut stream, &mut frames).await.unwrap();
-        let ServerMessage::Welcome(welcome) = message else { panic!("{message:?}") };
-        let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
-        Self { encoding, vantage, stream, frames, welcome, view, told: vec![], delta: None, result: None }
-    }
-
-    async fn say(&mut self, message: &ClientMessage) {
-        let bytes = encode_client(self.encoding, message).unwrap();
-        // At the end nobody may be there to hear it.
-        let _ = self.stream.write_all(&bytes).await;
-    }
-
-    /// Returns the next message, with its bytes; a delta is taken in. `None` at the end.
-    async fn next(&mut self) -> Option<(Vec<u8>, ServerMessage)> {
-        let (body, message) = read(&mut self.stream, &mut self.frames).await?;
-        let message = if let ServerMessage::Packed(packed) = message {
-            ServerMessage::Delta(packed.unpack(&self.view, &self.welcome.rules).unwrap())
-        } else {
-            message
-        };
-        if let ServerMessage::Delta(delta) = &message {
-            let delta = delta.clone();
-            self.view.apply(&delta).unwrap();
-            self.told.push(body.clone());
-            self.delta = Some(delta);
-        }
-        Some((body, message))
-    }
-
-    /// Returns the cycles of all deltas that have come, and checks that nothing else has, and what a ping is answered.
-    async fn news(&mut self) -> Vec<u32> {
-        self.say(&ClientMessage::Ping { id: 9 }).await;
-        let mut cycles = Vec::new();
-        loop {
-            let message = self.next().await.unwrap().1;
-            if let ServerMessage::Delta(delta) = &message {
-                cycles.push(delta.cycle.0);
-                continue;
-            }
-            let expected = ServerMessage::Pong { id: 9, cycle: self.view.cycle(), fraction: 0.0 };
-            assert_eq!(message, expected);
-            return cycles;
-        }
-    }
-
-    async fn read_to_the_end(&mut self) {
-        while let Some((_, message)) = self.next().await {
-            if let ServerMessage::Ended { result } = message {
-                self.result = Some(result);
-            }
-        }
-    }
-}
-
-async fn read(stream: &mut TcpStream, frames: &mut FrameDecoder) -> Option<(Vec<u8>, ServerMessage)> {
-    let mut buffer = [0; 4096];
-    loop {
-        if let Some(body) = frames.poll().unwrap() {
-            let body = body.to_vec();
-            let message = decode_server(frames.encoding(), &body).unwrap();
-            return Some((body, message));
-        }
-        let count = stream.read(&mut buffer).await.unwrap();
-        if count == 0 {
-            return None;
-        }
-        frames.handle_bytes(&buffer[..count]);
-    }
-}
-
-/// Returns the first bytes of a connection.
-fn opening(encoding: Encoding, first: &ClientMessage) -> Vec<u8> {
-    [encoding.preamble(), &encode_client(encoding, first).unwrap()].concat()
-}
-
-fn watch(view: Vantage) -> ClientMessage {
-    ClientMessage::Watch(Watch { protocol: PROTOCOL, client: "by hand".to_owned(), view })
-}
-
-fn hello(arena: &Arena, seat: usize) -> Hello {
-    let token = arena.tokens[seat].clone();
-    Hello { protocol: PROTOCOL, client: "by hand".to_owned(), player: NAMES[seat].to_owned(), token }
 }
 
 /// Returns how the match of a show comes out in one process.

@@ -156,8 +156,8 @@ fn within(value: f64, end: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use maniple_view::{
-        Appeared, Base, Layer, Making, Own, Positions, Shape, Status, Stops, TerrainKnowledge, UnitType,
-        UnitTypeId,
+        Appeared, Base, Identity, Layer, Making, Own, Positions, Shape, Status, Stops, TerrainKnowledge,
+        UnitType, UnitTypeId,
     };
 
     use super::*;
@@ -250,6 +250,7 @@ mod tests {
             fog: false,
             terrain: TerrainKnowledge::Known,
             walls_block: false,
+            identity: Identity::Fresh,
             positions: Positions::Exact,
         }
     }

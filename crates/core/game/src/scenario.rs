@@ -14,7 +14,7 @@ use std::time::Duration;
 
 use maniple_geometry::Cycle;
 use maniple_tilemap::Request;
-use maniple_view::{Profile, Stops, TerrainKnowledge, UnitType, UnitTypeId};
+use maniple_view::{Identity, Profile, Stops, TerrainKnowledge, UnitType, UnitTypeId};
 
 pub(crate) use check::{Draft, Source};
 pub use error::{Problem, ScenarioError};
@@ -213,6 +213,8 @@ pub struct Vision {
     pub terrain: TerrainKnowledge,
     /// Whether blocked tiles hide what lies behind them from those on the ground.
     pub walls_block: bool,
+    /// Whether an object that comes back into sight is known again.
+    pub identity: Identity,
 }
 
 /// How units fight.

@@ -13,8 +13,8 @@ use std::sync::Arc;
 use maniple_geometry::{Cycle, Moment, NumberError, ObjectId};
 use maniple_kinematics::{self as kinematics, EventKind};
 use maniple_view::{
-    COMMANDS_A_CYCLE_MAX, Command, Digest, EndOfTask, Layer, Objective, Refusal, Rules, Seat, Sighting, Stop,
-    Tally, Task, TerrainKnowledge, TileSet, WAYPOINTS_MAX,
+    COMMANDS_A_CYCLE_MAX, Command, Digest, EndOfTask, Identity, Layer, Objective, Refusal, Rules, Seat,
+    Sighting, Stop, Tally, Task, TerrainKnowledge, TileSet, WAYPOINTS_MAX,
 };
 use thiserror::Error;
 use twox_hash::XxHash3_64;
@@ -325,6 +325,7 @@ impl World {
             fog: scenario.vision.is_some(),
             terrain: scenario.vision.map_or(TerrainKnowledge::Known, |vision| vision.terrain),
             walls_block: scenario.vision.is_some_and(|vision| vision.walls_block),
+            identity: scenario.vision.map_or(Identity::Fresh, |vision| vision.identity),
             positions: scenario.profile.positions,
         }
     }

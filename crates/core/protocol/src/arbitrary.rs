@@ -4,9 +4,9 @@ use glam::DVec2;
 use maniple_geometry::Cycle;
 use maniple_view::{
     Action, Alternate, Appeared, Base, Changed, ClockMode, Command, CommandResult, Delta, Digest, EndOfTask,
-    EndReason, Ended, Falloff, Handle, Harvest, Layer, Making, MatchResult, Mode, Moved, Objective, Outcome,
-    Own, Positions, Refusal, Rules, Score, Seat, Sequenced, Shape, Shot, Splash, Status, StopReason, Stopped,
-    Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Vantage, Weapon, Zone,
+    EndReason, Ended, Falloff, Handle, Harvest, Identity, Layer, Making, MatchResult, Mode, Moved, Objective,
+    Outcome, Own, Positions, Refusal, Rules, Score, Seat, Sequenced, Shape, Shot, Splash, Status, StopReason,
+    Stopped, Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Vantage, Weapon, Zone,
 };
 
 use crate::message::{ClientMessage, Hello, ServerMessage, Watch, Welcome};
@@ -245,6 +245,7 @@ impl Random {
                 fog: self.coin(),
                 terrain: if self.coin() { TerrainKnowledge::Known } else { TerrainKnowledge::Explored },
                 walls_block: self.coin(),
+                identity: if self.coin() { Identity::Fresh } else { Identity::Persistent },
                 positions: if self.coin() { Positions::Exact } else { Positions::Grid { bits: 9 } },
             },
             terrain: Terrain {

@@ -321,7 +321,7 @@ mod tests {
         );
         check_json_error(
             r#"{"pong":{"id":1}}"#,
-            "column 7: unknown variant `pong`, expected one of `hello`, `commands`, `done`, `ping`, `pause`",
+            "column 7: unknown variant `pong`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`",
         );
         check_json_error(r#"{"ping":{"id":1},"done":{"cycle":1}}"#, "column 16: expected value");
     }

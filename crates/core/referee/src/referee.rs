@@ -50,9 +50,12 @@ impl Referee {
         let scenario = &loaded.scenario;
         let cycle_length = Duration::from_secs_f64(1.0 / scenario.rate);
         let banks = Banks::new(scenario.seats.len(), scenario.clock.time_bank, cycle_length);
-        let view = View::new(&world.rules(Vec::new()), Arc::clone(&loaded.terrain));
-        let tracker =
-            |seat| Tracker::new(seat, world.skin_of_limits(), scenario.profile.positions, view.clone());
+        let rules = world.rules(Vec::new());
+        let view = View::new(&rules, Arc::clone(&loaded.terrain));
+        let tracker = |seat| {
+            let tracker = Tracker::new(seat, world.skin_of_limits(), rules.positions, view.clone());
+            tracker.with_identity(rules.identity)
+        };
         let seats =
             (0..).map(Seat).map(|seat| SeatState::new(tracker(seat))).take(scenario.seats.len()).collect();
         let agreement = Agreement::new(scenario.seats.len());

@@ -24,7 +24,9 @@ pub use outcome::{CommandResult, EndReason, MatchResult, Outcome, Refusal, Score
 pub use profile::{
     GRID_BITS_MAX, GRID_FRACTIONS, Positions, Profile, SKIN_MAX, SUBSTEPS_MAX, Scalar, Solver, VELOCITY_BITS,
 };
-pub use rules::{ClockMode, Objective, Rules, Stops, Terrain, TerrainKnowledge, UNKNOWN_TILE, Zone};
+pub use rules::{
+    ClockMode, Identity, Objective, Rules, Stops, Terrain, TerrainKnowledge, UNKNOWN_TILE, Zone,
+};
 pub use status::{Action, EndOfTask, Mode, Own, Status, Task};
 pub use tile_set::TileSet;
 pub use tracker::{Observation, Sighting, Stop, Tracker};

@@ -54,6 +54,8 @@ pub struct Rules {
     pub terrain: TerrainKnowledge,
     /// Whether walls hide what lies behind them from those on the ground.
     pub walls_block: bool,
+    /// Whether an object that comes back into sight is known again.
+    pub identity: Identity,
     /// How exact the positions are that a client is told.
     pub positions: Positions,
 }
@@ -67,6 +69,17 @@ pub enum Stops {
     Both,
     /// Only who moves towards the contact.
     Approaching,
+}
+
+/// Whether a player knows again what comes back into sight.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Identity {
+    /// No: at each appearance an object of another seat gets a handle that was never used before.
+    #[default]
+    Fresh,
+    /// Yes: it gets the handle that it had.
+    Persistent,
 }
 
 /// What terrain a seat knows.

@@ -9,6 +9,7 @@ use crate::delta::{Appeared, Changed, Delta, Ended, Moved, Shot, Stopped};
 use crate::identity::{Handle, Seat, UnitTypeId};
 use crate::outcome::{CommandResult, StopReason};
 use crate::profile::Positions;
+use crate::rules::Identity;
 use crate::status::{EndOfTask, Own, Status, Task};
 use crate::tile_set::TileSet;
 use crate::vantage::Vantage;
@@ -91,6 +92,7 @@ struct Eyes {
     /// World units.
     deviation_max: f64,
     positions: Positions,
+    identity: Identity,
 }
 
 /// The server's side of one view: gives handles, and turns sightings into deltas.
@@ -104,6 +106,8 @@ pub struct Tracker {
     tracked: BTreeMap<ObjectId, Tracked>,
     /// The objects in the view.
     seen: BTreeMap<Handle, ObjectId>,
+    /// The handles of those that went out of sight, where they will be known again.
+    remembered: BTreeMap<ObjectId, Handle>,
     view: View,
 }
 
@@ -115,12 +119,25 @@ impl Tracker {
         let unseen = DEVIATION_SKINS_MAX * skin;
         let unseen = if unseen < DEVIATION_MAX { unseen } else { DEVIATION_MAX };
         Self {
-            eyes: Eyes { vantage: vantage.into(), deviation_max: unseen + positions.step(), positions },
+            eyes: Eyes {
+                vantage: vantage.into(),
+                deviation_max: unseen + positions.step(),
+                positions,
+                identity: Identity::Fresh,
+            },
             next_handle: 0,
             tracked: BTreeMap::new(),
             seen: BTreeMap::new(),
+            remembered: BTreeMap::new(),
             view,
         }
+    }
+
+    /// Returns it with another rule for those who come back into sight than [`Identity::Fresh`].
+    #[must_use]
+    pub fn with_identity(mut self, identity: Identity) -> Self {
+        self.eyes.identity = identity;
+        self
     }
 
     /// Takes all that the seat notices at the start of `cycle`; returns the delta.
@@ -185,8 +202,14 @@ impl Tracker {
         for object in gone {
             let Some(tracked) = self.tracked.remove(&object) else { continue };
             self.seen.remove(&tracked.handle);
-            let list = if died.contains(&object) { &mut delta.died } else { &mut delta.vanished };
-            list.push(tracked.handle);
+            if died.contains(&object) {
+                delta.died.push(tracked.handle);
+                continue;
+            }
+            delta.vanished.push(tracked.handle);
+            if self.eyes.identity == Identity::Persistent {
+                self.remembered.insert(object, tracked.handle);
+            }
         }
         delta.died.sort_unstable();
         delta.vanished.sort_unstable();
@@ -207,8 +230,11 @@ impl Tracker {
         });
         for (sighting, base) in newcomers {
             let base = self.eyes.positions.rounded(base);
-            let handle = Handle(self.next_handle);
-            self.next_handle += 1;
+            let handle = self.remembered.remove(&sighting.object).unwrap_or_else(|| {
+                let handle = Handle(self.next_handle);
+                self.next_handle += 1;
+                handle
+            });
             let own = self.eyes.vantage.owns(sighting.owner);
             self.seen.insert(handle, sighting.object);
             let Sighting { status, own: known, .. } = *sighting;
@@ -224,6 +250,7 @@ impl Tracker {
                 own: own.then_some(known),
             });
         }
+        delta.appeared.sort_by_key(|appeared| appeared.object);
     }
 
     /// Newcomers are up to date already, so nothing differs for them.
@@ -382,6 +409,37 @@ mod tests {
         };
         assert_eq!(told(false), told(true));
         assert_eq!(told(false)[0].base.point, told(false)[1].base.point);
+    }
+
+    #[test]
+    fn who_comes_back_has_a_fresh_handle_or_the_one_it_had() {
+        for (identity, expected) in [
+            (Identity::Fresh, [vec![0, 1], vec![2, 3], vec![4, 5]]),
+            (Identity::Persistent, [vec![0, 1], vec![0, 2], vec![1, 3]]),
+        ] {
+            let tracker = Tracker::new(Seat(0), SKIN, Positions::Exact, View::default());
+            let (mut tracker, mut client) = (tracker.with_identity(identity), View::default());
+            let standing = |object: u32, y: f64| {
+                let base = base(DVec2::new(1.0, y), 0, 0.0, DVec2::ZERO);
+                Sighting { object: ObjectId(object), ..sighting(Seat(1), base) }
+            };
+            let mut appeared = Vec::new();
+            // By number: 7 and 9 at first, then 7 and 3, who stands before it, then 9 and 7 again; but 7 has died.
+            let scenes =
+                [vec![standing(7, 1.0), standing(9, 2.0)], vec![], vec![standing(3, 0.5), standing(7, 1.0)]];
+            let rest = [vec![], vec![standing(9, 2.0), standing(10, 3.0)]];
+            for (cycle, sightings) in (0..).zip(scenes.iter().chain(&rest)) {
+                let died = if cycle == 3 { [ObjectId(7)].as_slice() } else { &[] };
+                let observation = Observation { died, ..seeing(sightings) };
+                let delta = tracker.update(Cycle(cycle), observation, vec![]);
+                client.apply(&delta).unwrap();
+                assert_eq!(&client, tracker.view());
+                if !delta.appeared.is_empty() {
+                    appeared.push(delta.appeared.iter().map(|new| new.object.0).collect::<Vec<u32>>());
+                }
+            }
+            assert_eq!(appeared, expected, "{identity:?}");
+        }
     }
 
     #[test]

@@ -8,6 +8,7 @@ use crate::error::ClientError;
 
 /// A spectator of a match, with a mirrored view. It has nothing to say, and is behind the match by the delay that the
 /// scenario asks for.
+#[doc(alias = "observer")]
 #[derive(Debug)]
 pub struct Spectator {
     connection: Connection,

@@ -180,10 +180,11 @@ fn scenario(
         stops: file.kinematics.stops,
         profile: overrides.applied(profile(&file.kinematics, &file.view)?),
         clock: clock(&file.clock)?,
-        vision: file
-            .vision
-            .as_ref()
-            .map(|vision| Vision { terrain: vision.terrain, walls_block: vision.walls_block }),
+        vision: file.vision.as_ref().map(|vision| Vision {
+            terrain: vision.terrain,
+            walls_block: vision.walls_block,
+            identity: vision.identity,
+        }),
         combat: file.combat.as_ref().map(|combat| Combat { friendly_fire: combat.friendly_fire }),
         harvest: file
             .harvest
@@ -382,7 +383,7 @@ pub(super) fn check_name(name: &str, field: &'static str, max: usize, span: Rang
 #[cfg(test)]
 mod tests {
     use maniple_geometry::Cycle;
-    use maniple_view::{Positions, Profile, Scalar, Solver, Stops, TerrainKnowledge, UnitTypeId};
+    use maniple_view::{Identity, Positions, Profile, Scalar, Solver, Stops, TerrainKnowledge, UnitTypeId};
 
     use super::*;
     use crate::scenario::{MapSource, SIGHT_DEFAULT, Stall};
@@ -413,6 +414,7 @@ stall = "forfeit"
 [vision]
 terrain = "explored"
 walls_block = true
+identity = "persistent"
 
 [objective]
 kind = "race"
@@ -453,7 +455,8 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         };
         assert_eq!(scenario.profile, profile);
         assert_eq!(scenario.clock, Clock { time_bank: Duration::from_millis(2500), stall: Stall::Forfeit });
-        assert_eq!(scenario.vision, Some(Vision { terrain: TerrainKnowledge::Explored, walls_block: true }));
+        let (terrain, identity) = (TerrainKnowledge::Explored, Identity::Persistent);
+        assert_eq!(scenario.vision, Some(Vision { terrain, walls_block: true, identity }));
         assert_eq!(scenario.objective, Objective::Race { zone_size: 6.0 });
         let names: Vec<&str> = scenario.unit_types.iter().map(|unit| unit.name.as_str()).collect();
         assert_eq!(names, ["rock", "scout"]);
@@ -472,7 +475,7 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
             .replace("solver = \"stepped\"\nsubsteps = 4\ncertify = false\nskin = 0.01\n", "")
             .replace("[view]\npositions = \"grid\"\ngrid_bits = 10\n", "")
             .replace("[clock]\ntime_bank_seconds = 2.5\nstall = \"forfeit\"\n", "")
-            .replace("[vision]\nterrain = \"explored\"\nwalls_block = true\n", "")
+            .replace("[vision]\nterrain = \"explored\"\nwalls_block = true\nidentity = \"persistent\"\n", "")
             .replace("zone_size = 6\n", "");
         let scenario = Scenario::read("duel.toml", &text).unwrap();
         assert_eq!(scenario.rate, RATE_DEFAULT);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use maniple_view::{Falloff, Layer, Scalar, Stops, TerrainKnowledge};
+use maniple_view::{Falloff, Identity, Layer, Scalar, Stops, TerrainKnowledge};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -119,6 +119,8 @@ pub(super) struct Vision {
     pub(super) terrain: TerrainKnowledge,
     #[serde(default)]
     pub(super) walls_block: bool,
+    #[serde(default)]
+    pub(super) identity: Identity,
 }
 
 #[derive(Deserialize)]

@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 
 use maniple_geometry::Segment;
-use maniple_view::Shape;
+use maniple_view::{Identity, Shape};
 
 use super::*;
 use crate::scenario::SIGHT_MIN;
@@ -66,7 +66,8 @@ fn walls_hide_what_is_behind_them_and_nothing_else() {
     let rows = ["........", "...@@...", "........", "........", "........"];
     let check = |eye: (f64, f64), is_in_air: bool, expected: [&str; 5]| {
         let map = map(&rows);
-        let vision = Vision { terrain: TerrainKnowledge::Known, walls_block: true };
+        let vision =
+            Vision { terrain: TerrainKnowledge::Known, walls_block: true, identity: Identity::Fresh };
         let mut sight = Sight::Fog(Box::new(Fog::new(&vision, &Arc::new(map), &[0])));
         sight.look(&[Visible { is_in_air, ..scout(0, 0, DVec2::from(eye)) }]);
         let visible = sight.visible(Seat(0)).unwrap();
@@ -99,7 +100,7 @@ fn without_walls_it_makes_no_difference_whether_they_block() {
         let map = Arc::new(map(&["...................."; 20]));
         let objects: Vec<Visible> = (0..30).map(|number| random.object(&map, number)).collect();
         let [mut plain, mut blocking] = [false, true].map(|walls_block| {
-            let vision = Vision { terrain: TerrainKnowledge::Known, walls_block };
+            let vision = Vision { terrain: TerrainKnowledge::Known, walls_block, identity: Identity::Fresh };
             Sight::Fog(Box::new(Fog::new(&vision, &map, &[0, 1, 2])))
         });
         plain.look(&objects);
@@ -121,7 +122,11 @@ fn a_team_sees_what_its_own_see_and_knows_what_it_has_seen() {
     for seed in 0..60 {
         let mut random = Random(seed);
         let map = Arc::new(random.map(31, 23));
-        let vision = Vision { terrain: TerrainKnowledge::Explored, walls_block: seed % 2 == 0 };
+        let vision = Vision {
+            terrain: TerrainKnowledge::Explored,
+            walls_block: seed % 2 == 0,
+            identity: Identity::Fresh,
+        };
         let blocked = blocked(&map);
         let blocked = vision.walls_block.then_some(&blocked);
         // Seats 0 and 2 are a team.
