@@ -33,7 +33,7 @@ impl Look {
             seen: twin.look(world),
             all: world.objects().iter().map(|it| (it.object, *it)).collect(),
             dead: world.dead().to_vec(),
-            shots: world.shots().to_vec(),
+            shots: world.fired().to_vec(),
             ended: world.ended().to_vec(),
             stock: world.stock(twin.watcher),
             out: seats.map(|seat| world.is_out(seat)).collect(),
@@ -109,7 +109,7 @@ impl Judge {
             found.owing.push(format!("stock {} {}", now[0].stock, now[1].stock));
         }
         if found.lawful.is_empty() {
-            self.compare_news(now, &mut found);
+            self.compare_news(&case, &mut found);
         }
         found.verdict()
     }
@@ -262,11 +262,15 @@ impl Judge {
         }
     }
 
-    /// Compares the shots of those in sight, and what became of the watcher's tasks.
-    fn compare_news(&self, now: &[Look; 2], found: &mut Found) {
+    /// Compares the shots of those who were in sight when they fired and still are, and what became of the watcher's tasks.
+    fn compare_news(&self, case: &Case<'_>, found: &mut Found) {
+        let Case { before, now } = case;
         let shots = |world: usize| {
             let name = |object: ObjectId| {
-                if world == 0 { self.twin_of(0, object) } else { now[1].sees(object).then_some(object) }
+                let was_seen = before[world].sees(object);
+                let now =
+                    if world == 0 { self.twin_of(0, object) } else { now[1].sees(object).then_some(object) };
+                now.filter(|_| was_seen)
             };
             let mut shots: Vec<Shot> = now[world]
                 .shots

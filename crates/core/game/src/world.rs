@@ -248,8 +248,17 @@ impl World {
 
     /// Returns who fired in the last cycle, at whom; `None`: at a point. In no useful order.
     #[must_use]
-    pub fn shots(&self) -> &[(ObjectId, Option<ObjectId>)] {
+    pub fn fired(&self) -> &[(ObjectId, Option<ObjectId>)] {
         &self.news.shots
+    }
+
+    /// Returns those of [`World::fired`] that a seat saw when they fired, which is at the start of the cycle; at `None`, too, if it did not
+    /// see the target then.
+    #[must_use]
+    pub fn shots(&self, seat: Seat) -> Vec<(ObjectId, Option<ObjectId>)> {
+        let saw = |object: &ObjectId| self.state.sight.saw(seat, *object);
+        let seen = self.news.shots.iter().filter(|(shooter, _)| saw(shooter));
+        seen.map(|&(shooter, target)| (shooter, target.filter(saw))).collect()
     }
 
     /// Returns whose tasks ended in the last cycle, and why, in the order in which they did.

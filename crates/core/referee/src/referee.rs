@@ -422,7 +422,7 @@ impl Referee {
                 revealed,
                 walls,
                 died: &self.world.died(seat),
-                shots: self.world.shots(),
+                shots: &self.world.shots(seat),
                 ended: self.world.ended(),
                 stock: self.world.stock(seat),
             };

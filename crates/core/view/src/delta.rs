@@ -41,7 +41,7 @@ pub struct Delta {
     pub died: Vec<Handle>,
     /// Other changes, by handle.
     pub changed: Vec<Changed>,
-    /// Shots of objects in sight in the cycle, by the handle of who fired.
+    /// Shots in the cycle of objects that were in sight when they fired and still are, by the handle of who fired.
     pub shots: Vec<Shot>,
     /// Tasks of objects of the seat that ended in the cycle, by handle.
     pub ended: Vec<Ended>,

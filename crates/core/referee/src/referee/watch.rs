@@ -100,7 +100,7 @@ impl Referee {
             revealed: &[],
             walls: &[],
             died: world.dead(),
-            shots: world.shots(),
+            shots: world.fired(),
             ended: world.ended(),
             stock: 0,
         };

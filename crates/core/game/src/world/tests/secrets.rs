@@ -172,3 +172,33 @@ fn who_runs_into_two_at_the_same_moment_is_told_of_neither() {
         assert_eq!(stage.see(0).unwrap().stop, Some(Stop::Object(expected)), "{others:?}");
     }
 }
+
+#[test]
+fn a_shot_is_told_to_those_who_saw_who_fired_and_the_target_when_it_was_fired() {
+    let tables = "[vision]\n[combat]\n[unit.scout]\nradius = 0.25\nspeed = 4\nsight = 3\nhit_points = 1000\n\
+                  [unit.gun]\nradius = 0.25\nspeed = 1\nsight = 15\nhit_points = 10\n\
+                  weapon = { range = 14, cooldown_seconds = 0.125, damage_min = 1, damage_max = 1 }\n";
+    let stands = [own(0, "scout", 6.0, 6.0), own(1, "gun", 14.0, 6.0)];
+    let mut stage = Plan { tables, ..Plan::default() }.stage(&stands);
+    stage.tell(&go(0, 13.0, 6.0)).unwrap();
+    stage.tell(&hold(1)).unwrap();
+    let gun = ObjectId(1);
+    let sees = |stage: &Stage| stage.world.sightings(Seat(0)).iter().any(|it| it.object == gun);
+    let (mut unseen, mut came, mut seen) = (0, 0, 0);
+    for _ in 0..20 {
+        let saw = sees(&stage);
+        stage.step(1);
+        let shot = (gun, Some(ObjectId(0)));
+        assert_eq!(stage.world.shots(Seat(1)), stage.world.fired(), "it is its own");
+        if !stage.world.fired().contains(&shot) {
+            continue;
+        }
+        assert_eq!(stage.world.shots(Seat(0)).contains(&shot), saw, "cycle {}", stage.world.cycle());
+        match (saw, sees(&stage)) {
+            (false, false) => unseen += 1,
+            (false, true) => came += 1,
+            (true, _) => seen += 1,
+        }
+    }
+    assert!(unseen > 0 && came == 1 && seen > 0, "{unseen} {came} {seen}");
+}

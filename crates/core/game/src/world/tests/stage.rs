@@ -122,7 +122,7 @@ impl Stage {
             self.ended.extend(self.world.ended().iter().map(|&(id, task, why)| (played, id.0, task, why)));
             let shot =
                 |&(id, target): &(ObjectId, Option<ObjectId>)| (played, id.0, target.map(|target| target.0));
-            self.shots.extend(self.world.shots().iter().map(shot));
+            self.shots.extend(self.world.fired().iter().map(shot));
         }
     }
 
@@ -228,7 +228,7 @@ impl Stage {
 
     /// Checks that all news is of objects that there were, and that who died is gone.
     fn check_news(&self, before: &BTreeMap<ObjectId, Sighting>, after: &BTreeMap<ObjectId, Sighting>) {
-        for &(id, target) in self.world.shots() {
+        for &(id, target) in self.world.fired() {
             let shooter = before.get(&id).expect("who fires was there");
             assert!(self.kind(shooter).weapon.is_some() || self.kind(shooter).alternate.is_some());
             assert!(target.is_none_or(|target| before.contains_key(&target)), "{id:?} fires at nobody");
