@@ -29,9 +29,8 @@ impl Bits {
     /// beside which a bit is free while the one before it is not. `None` where the run ends before.
     pub(crate) fn jump(&self, row: u32, place: u32, goal: Option<u32>) -> Option<u32> {
         let first = row as usize * self.words_a_row;
-        let [above, own, below] = [0, 1, 2].map(|line| {
-            &self.words[first + line * self.words_a_row..first + (line + 1) * self.words_a_row]
-        });
+        let [above, own, below] = [0, 1, 2]
+            .map(|line| &self.words[first + line * self.words_a_row..first + (line + 1) * self.words_a_row]);
         let next = place as usize + 2;
         let goal = goal.map_or(usize::MAX, |goal| goal as usize + 1);
         let mut word = next / 64;

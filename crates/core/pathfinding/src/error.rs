@@ -73,7 +73,9 @@ pub enum PlanError {
         point: DVec2,
     },
     /// Both ends have room, but no way between them has.
-    #[error("no way from start to goal has room for a radius of {radius}; choose a goal in the region of the start")]
+    #[error(
+        "no way from start to goal has room for a radius of {radius}; choose a goal in the region of the start"
+    )]
     Unreachable {
         /// The radius, in world units.
         radius: f64,

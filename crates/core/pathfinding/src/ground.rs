@@ -46,7 +46,8 @@ impl Ground {
     /// # Errors
     /// A radius that kinematics would not take, or a margin that is not within `0.0..=1.0`. Below 1e-10 paths may collide.
     pub fn with_margin(map: &TileMap, radius: f64, margin: f64) -> Result<Self, GroundError> {
-        let limits = Limits::new(f64::from(SIZE_MAX), RADIUS_MAX, 1.0).expect("the limits are within the limits");
+        let limits =
+            Limits::new(f64::from(SIZE_MAX), RADIUS_MAX, 1.0).expect("the limits are within the limits");
         limits.check_radius(radius).map_err(GroundError::Radius)?;
         if !(0.0..=1.0).contains(&margin) {
             return Err(GroundError::Margin(margin));

@@ -92,7 +92,11 @@ impl Lattice {
     }
 
     /// Returns a length in world units as a cost, rounded down.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast stops at both ends")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast stops at both ends"
+    )]
     pub(crate) fn cost_of(&self, length: f64) -> u32 {
         (length / self.pitch * f64::from(STRAIGHT)) as u32
     }

@@ -8,25 +8,44 @@ use crate::walls::Walls;
 /// How often all turns are looked at: each moves its neighbours' best places.
 const PASSES_MAX: usize = 3;
 
+/// How many corners one turn can be made of, and how often another is looked for.
+const CORNERS_MAX: usize = 6;
+
 /// A turn is only moved if the path becomes shorter by this much, in world units.
 const GAIN_MIN: f64 = 1.0 / 1024.0;
 
-/// A second turn is only made if the path becomes shorter by this much: each is a command, and a change that all see.
-const SPLIT_GAIN_MIN: f64 = 1.0 / 64.0;
+/// Cosine of the largest angle that is turned at once, 60 degrees: around a corner, two turns of half the angle are a
+/// quarter as far from the arc, but each is a command, and a change that all see.
+const TURN_COSINE_MIN: f64 = 0.5;
+
+/// Sine of the smallest angle at which two lines have a place where they meet.
+const TURN_SINE_MIN: f64 = 1e-6;
 
 /// The memory of passes, kept from one path to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tightening {
     points: Vec<DVec2>,
+    bend: Bend,
 }
 
 impl Tightening {
-    /// Makes a path shorter without changing on which side of things it passes; each leg stays clear.
+    /// Makes a path shorter; each leg stays clear. `room` is how far from
+    /// corners it turns, in world units.
     pub(crate) fn tighten(&mut self, walls: &Walls, room: f64, path: &mut Vec<DVec2>) {
         for _ in 0..PASSES_MAX {
             if !self.pass(walls, room, path) {
                 break;
             }
+        }
+        // Steps of eight directions may have led to the wrong side of something; for a whole path that is one bend, the other
+        // side is as easily tried.
+        if let &[first, ref turns @ .., last] = &path[..]
+            && !turns.is_empty()
+            && self.bend.find(walls, (first, turns, last), room)
+        {
+            path.truncate(1);
+            path.extend_from_slice(&self.bend.turns);
+            path.push(last);
         }
     }
 
@@ -39,16 +58,20 @@ impl Tightening {
         let mut has_changed = false;
         for turn in rest.windows(2) {
             let (via, after) = (turn[0], turn[1]);
-            let Some(wall) = walls.blocker(before, after) else {
+            if self.bend.find(walls, (before, &[via], after), room) {
+                self.points.extend_from_slice(&self.bend.turns);
                 has_changed = true;
-                continue;
-            };
-            let better = better_turn(walls, wall, (before, via, after), room);
-            has_changed |= better.is_some();
-            let turn = better.unwrap_or(Turn { first: via, second: None });
-            self.points.push(turn.first);
-            self.points.extend(turn.second);
-            before = turn.second.unwrap_or(turn.first);
+            } else if let &[.., last, _] = &self.points[..]
+                && self.bend.find(walls, (last, &[before, via], after), room)
+            {
+                // Corners that belong to one hull had been shared out to two turns.
+                self.points.pop();
+                self.points.extend_from_slice(&self.bend.turns);
+                has_changed = true;
+            } else {
+                self.points.push(via);
+            }
+            before = self.points[self.points.len() - 1];
         }
         self.points.extend(rest.last());
         std::mem::swap(&mut self.points, path);
@@ -56,76 +79,182 @@ impl Tightening {
     }
 }
 
-/// The points at which a path turns around one corner.
-#[derive(Clone, Copy)]
-struct Turn {
-    first: DVec2,
-    second: Option<DVec2>,
-}
-
-impl Turn {
-    fn length(&self, before: DVec2, after: DVec2) -> f64 {
-        let last = self.second.unwrap_or(self.first);
-        before.distance(self.first) + self.first.distance(last) + last.distance(after)
-    }
-
-    fn is_clear(&self, walls: &Walls, before: DVec2, after: DVec2) -> bool {
-        let last = self.second.unwrap_or(self.first);
-        walls.is_clear(before, self.first)
-            && (last == self.first || walls.is_clear(self.first, last))
-            && walls.is_clear(last, after)
-    }
-}
-
-/// Returns a shorter way around the wall that is between two points, on the side of `via`; `None` where none was found.
-fn better_turn(
-    walls: &Walls,
-    wall: &Segment,
-    (before, via, after): (DVec2, DVec2, DVec2),
-    room: f64,
-) -> Option<Turn> {
-    let across = after - before;
-    let side = if across.perp_dot(via - before) < 0.0 { -1.0 } else { 1.0 };
-    let height = |point: DVec2| across.perp_dot(point - before) * side;
-    let corner = if height(wall.end) > height(wall.start) { wall.end } else { wall.start };
-    let (one, two) = around(before, after, corner, side * room)?;
-    let old = Turn { first: via, second: None }.length(before, after);
-    let (one_length, two_length) =
-        (one.map_or(f64::INFINITY, |turn| turn.length(before, after)), two.length(before, after));
-    let wanted = |gain: f64, length: f64| length < old - gain;
-    let split = Some(two).filter(|_| {
-        wanted(GAIN_MIN, two_length) && (one.is_none() || two_length < one_length - SPLIT_GAIN_MIN)
-    });
-    let single = one.filter(|_| wanted(GAIN_MIN, one_length));
-    split.into_iter().chain(single).find(|turn| turn.is_clear(walls, before, after))
-}
-
-/// Returns the ways from one point to another around a corner, at a distance of `room` from it, which is negative where the
-/// corner stays to the other side: with one turn (`None` where that would be behind one of the points, or far away), and
-/// with two.
+/// The shortest way between two points that leaves what is between them to one side.
 ///
-/// The line from `a` that touches the circle of radius `R` around the corner `q` leaves the line to `q` by the angle whose sine
-/// is `R / |q - a|`. One turn is where the lines from both points meet; two are where both meet the tangent between
-/// them, square to the line that halves the turn.
-fn around(a: DVec2, b: DVec2, corner: DVec2, room: f64) -> Option<(Option<Turn>, Turn)> {
-    let (from_a, from_b) = (tangent(a, corner, room)?, tangent(b, corner, -room)?);
-    let outward = (from_a + from_b).normalize_or_zero();
-    let reach = room.abs();
-    let (slope_a, slope_b) = (from_a.dot(outward), from_b.dot(outward));
-    if slope_a <= 0.0 || slope_b <= 0.0 {
-        return None;
-    }
-    let first = a + from_a * ((reach - (a - corner).dot(outward)) / slope_a);
-    let second = b + from_b * ((reach - (b - corner).dot(outward)) / slope_b);
-    let cross = from_a.perp_dot(from_b);
-    let along = (b - a).perp_dot(from_b) / cross;
-    let back = (b - a).perp_dot(from_a) / cross;
-    let one = (along > 0.0 && back > 0.0).then(|| Turn { first: a + from_a * along, second: None });
-    Some((one, Turn { first, second: Some(second) }))
+/// Such a way is the hull of the corners between the points: it goes along the tangent of the first corner's circle, along
+/// lines that touch two circles, and along the tangent of the last one. Legs turn where two such lines meet.
+#[derive(Clone, Debug, Default)]
+struct Bend {
+    corners: Vec<DVec2>,
+    turns: Vec<DVec2>,
+    /// For each leg the number of its line; `None` for one that cuts a corner's angle in two.
+    lines: Vec<Option<usize>>,
 }
 
-/// Returns the direction from a point along the tangent of a circle, on the side that the sign of `room` says; `None` from
-/// within the circle.
+/// A straight line.
+#[derive(Clone, Copy)]
+struct Line {
+    point: DVec2,
+    direction: DVec2,
+}
+
+impl Bend {
+    /// Finds turns between two points that are shorter than the old ones, on the same side or else on the other one, and
+    /// returns whether there are any. Where the straight way is clear, there are none on it.
+    fn find(&mut self, walls: &Walls, way: (DVec2, &[DVec2], DVec2), room: f64) -> bool {
+        let (before, old, after) = way;
+        let last = old.last().copied().unwrap_or(before);
+        let side = if (after - before).perp_dot(last - before) < 0.0 { -1.0 } else { 1.0 };
+        let length = length(before, old, after);
+        [side, -side].into_iter().any(|side| self.find_beside(walls, (before, after), (side, room), length))
+    }
+
+    /// Finds turns that leave everything to one side.
+    ///
+    /// Corners are found one by one: a leg that is not clear meets a wall whose end belongs to the hull.
+    fn find_beside(
+        &mut self,
+        walls: &Walls,
+        (before, after): (DVec2, DVec2),
+        (side, room): (f64, f64),
+        old: f64,
+    ) -> bool {
+        self.corners.clear();
+        for _ in 0..=CORNERS_MAX {
+            if !self.lay((before, after), side * room) {
+                return false;
+            }
+            // More corners only make it longer.
+            if !self.turns.is_empty() && length(before, &self.turns, after) > old - GAIN_MIN {
+                return false;
+            }
+            let Some((leg, wall)) = self.blocked(walls, before, after) else { return true };
+            if !self.insert(leg, wall, (before, after), side) {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Puts the turns around the corners; returns whether the lines meet one after the other.
+    fn lay(&mut self, ends: (DVec2, DVec2), room: f64) -> bool {
+        self.turns.clear();
+        self.lines.clear();
+        let mut last = ends.0;
+        for index in 0..self.corners.len() {
+            let (Some(to), Some(from)) = (self.line(index, ends, room), self.line(index + 1, ends, room))
+            else {
+                return false;
+            };
+            let (first, second) = meeting(to, from, self.corners[index], room);
+            if (first - last).dot(to.direction) < 0.0 {
+                return false;
+            }
+            self.turns.push(first);
+            self.lines.push(Some(index));
+            if second != first {
+                self.turns.push(second);
+                self.lines.push(None);
+            }
+            last = second;
+            let is_end = index + 1 == self.corners.len();
+            if is_end && (ends.1 - last).dot(from.direction) < 0.0 {
+                return false;
+            }
+        }
+        self.lines.push(Some(self.corners.len()));
+        true
+    }
+
+    /// The line to the corner of a number, from the one before it or from an end; `None` from within a corner's circle.
+    fn line(&self, index: usize, (before, after): (DVec2, DVec2), room: f64) -> Option<Line> {
+        match (index.checked_sub(1).map(|last| self.corners[last]), self.corners.get(index)) {
+            (None, None) => None,
+            (None, Some(&corner)) => Some(Line { point: before, direction: tangent(before, corner, room)? }),
+            (Some(corner), None) => Some(Line { point: after, direction: -tangent(after, corner, -room)? }),
+            (Some(last), Some(&corner)) => {
+                let direction = (corner - last).normalize_or_zero();
+                Some(Line { point: last + direction.perp() * room, direction })
+            }
+        }
+    }
+
+    /// The first leg that is not clear, as its number and its ends, and a wall that it meets.
+    fn blocked<'a>(&self, walls: &'a Walls, before: DVec2, after: DVec2) -> Option<(Leg, &'a Segment)> {
+        let starts = std::iter::once(before).chain(self.turns.iter().copied());
+        let ends = self.turns.iter().copied().chain(std::iter::once(after));
+        let mut legs = starts.zip(ends).zip(&self.lines);
+        legs.find_map(|((from, to), &line)| {
+            walls.blocker(from, to).map(|wall| (Leg { from, to, line }, wall))
+        })
+    }
+
+    /// Adds the end of a wall to the hull, and takes off what does not stick out any more. Returns whether it is a new one.
+    fn insert(&mut self, leg: Leg, wall: &Segment, (before, after): (DVec2, DVec2), side: f64) -> bool {
+        let Some(place) = leg.line else { return false };
+        let height = |point: DVec2| (leg.to - leg.from).perp_dot(point - leg.from) * side;
+        let corner = if height(wall.end) > height(wall.start) { wall.end } else { wall.start };
+        if self.corners.contains(&corner) {
+            return false;
+        }
+        self.corners.insert(place, corner);
+        for index in [Some(place + 1), place.checked_sub(1)].into_iter().flatten() {
+            let Some(&own) = self.corners.get(index) else { continue };
+            let last = index.checked_sub(1).map_or(before, |last| self.corners[last]);
+            let next = self.corners.get(index + 1).copied().unwrap_or(after);
+            if (next - last).perp_dot(own - last) * side <= 0.0 {
+                self.corners.remove(index);
+            }
+        }
+        true
+    }
+}
+
+fn length(before: DVec2, turns: &[DVec2], after: DVec2) -> f64 {
+    let mut last = before;
+    let mut sum = 0.0;
+    for &turn in turns.iter().chain(std::iter::once(&after)) {
+        sum += last.distance(turn);
+        last = turn;
+    }
+    sum
+}
+
+/// A leg of a bend, and the number of its line.
+#[derive(Clone, Copy)]
+struct Leg {
+    from: DVec2,
+    to: DVec2,
+    line: Option<usize>,
+}
+
+/// Returns where a way turns from one line to another around a corner: where they meet, twice, or for a wide turn where
+/// both meet the tangent that is square to the line that halves it.
+fn meeting(to: Line, from: Line, corner: DVec2, room: f64) -> (DVec2, DVec2) {
+    let sine = to.direction.perp_dot(from.direction);
+    let cosine = to.direction.dot(from.direction);
+    if cosine < TURN_COSINE_MIN {
+        let outward = (to.direction - from.direction).normalize_or_zero();
+        let reach = room.abs();
+        let at = |line: Line| {
+            let missing = reach - (line.point - corner).dot(outward);
+            line.point + line.direction * (missing / line.direction.dot(outward))
+        };
+        return (at(to), at(from));
+    }
+    if sine.abs() < TURN_SINE_MIN {
+        let touch = corner + to.direction.perp() * room;
+        return (touch, touch);
+    }
+    let along = (from.point - to.point).perp_dot(from.direction) / sine;
+    let point = to.point + to.direction * along;
+    (point, point)
+}
+
+/// Returns the direction from a point along the tangent of a circle of radius `|room|`, on the side that the sign of `room` says;
+/// `None` from within the circle.
+///
+/// The tangent leaves the line to the centre by the angle whose sine is the radius over the distance.
 fn tangent(from: DVec2, center: DVec2, room: f64) -> Option<DVec2> {
     let to = center - from;
     let distance = to.length();

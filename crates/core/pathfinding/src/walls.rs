@@ -112,7 +112,11 @@ impl Walls {
     }
 
     /// The tile of a point, or the nearest one.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the cast stops at both ends")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "the cast stops at both ends"
+    )]
     fn tile(&self, point: DVec2) -> usize {
         let (x, y) = ((point.x as u32).min(self.width - 1), (point.y as u32).min(self.height - 1));
         y as usize * self.width as usize + x as usize
