@@ -23,8 +23,8 @@ fn a_leg_is_clear_where_it_keeps_its_distance_from_every_wall() {
             for _ in 0..LEGS {
                 let (from, away) = (dice.point(&map), dice.point(&map) - dice.point(&map));
                 // Long and short ones, and some along an axis.
-                let away = away * [1.0, 0.2][usize::from(dice.roll() % 2 == 0)];
-                let away = if dice.roll() % 8 == 0 { DVec2::new(away.x, 0.0) } else { away };
+                let away = away * [1.0, 0.2][usize::from(dice.roll().is_multiple_of(2))];
+                let away = if dice.roll().is_multiple_of(8) { DVec2::new(away.x, 0.0) } else { away };
                 let leg = Segment::new(from, from + away);
                 if !ground.holds(from) || !ground.is_within(leg.end) {
                     continue;
