@@ -16,6 +16,10 @@ const QUERIES: usize = 12;
 /// The radius of the walkers.
 const RADIUS: f64 = 0.35;
 
+/// A file whose queries begin and end in walls, too, and whose lengths are of ways through them: it belongs to another version of
+/// the map. Its paths are walked all the same.
+const OF_ANOTHER_MAP: &str = "wc3maps512/losttemple.map.scen";
+
 /// A query of a `.scen` file.
 struct Query {
     from: DVec2,
@@ -54,22 +58,23 @@ fn check(map: &TileMap, queries: &[&Query], file: &Path) {
     let mut world = world(map, RADIUS);
     let mut planner = Planner::new(&ground);
     let mut search = Search::default();
-    let mut differing = 0;
+    let is_of_another_map = file.ends_with(OF_ANOTHER_MAP);
     for Query { from, to, octile } in queries {
-        let legs = planner.path(*from, *to).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+        let legs = match planner.path(*from, *to) {
+            Ok(legs) => legs,
+            Err(error) => {
+                assert!(is_of_another_map, "{}: {error}", file.display());
+                let field = Field::new(&ground, *to);
+                assert!(field.is_err() || field.unwrap().distance(&ground, *from).is_none(), "{error}");
+                continue;
+            }
+        };
         assert!(is_walked(&mut world, RADIUS, *from, legs), "{}: {from} to {to}", file.display());
         let way = way(map, &ground, &mut search, (*from, *to));
         let points: Vec<DVec2> = way.iter().map(|&node| ground.lattice.point(node)).collect();
         let length = crate::length(*from, &points);
-        if (length - octile).abs() > 1e-4 * octile + 1e-3 {
-            // Some files have ways that cut corners; then a plain search has to find none that is shorter than ours.
-            let plain = Field::new(&ground, *to).unwrap().distance(&ground, *from).unwrap();
-            assert!((length - plain).abs() <= 1e-4 * plain, "{}: {length} {octile} {plain}", file.display());
-            differing += 1;
-        }
-    }
-    if differing > 0 {
-        println!("{}: {differing} of {} lengths are others in the file", file.display(), queries.len());
+        let is_as_said = (length - octile).abs() <= 1e-4 * octile + 1e-3;
+        assert!(is_as_said || is_of_another_map, "{}: {length} {octile}", file.display());
     }
 }
 
