@@ -2,7 +2,6 @@
 
 use glam::DVec2;
 use maniple_geometry::Segment;
-use maniple_geometry::limits::RADIUS_MAX;
 use maniple_geometry::{Limits, predicate};
 use maniple_tilemap::{SIZE_MAX, TileMap};
 
@@ -17,6 +16,10 @@ use crate::walls::Walls;
 /// as much.
 #[doc(alias = "clearance")]
 pub const MARGIN: f64 = 1.0 / (1u32 << 12) as f64;
+
+/// Largest radius that paths are planned for, in world units: each tile lists the walls within it, and the lists grow with its
+/// square.
+pub const RADIUS_MAX: f64 = 4.0;
 
 /// How often a start that is nearer to walls than the margin is moved away from them; two walls need a few.
 const PUSHES_MAX: u32 = 16;
@@ -36,7 +39,7 @@ impl Ground {
     /// Returns the ground for a radius in world units, with [`MARGIN`].
     ///
     /// # Errors
-    /// A radius that kinematics would not take.
+    /// A radius that kinematics would not take, or above [`RADIUS_MAX`].
     pub fn new(map: &TileMap, radius: f64) -> Result<Self, GroundError> {
         Self::with_margin(map, radius, MARGIN)
     }
@@ -44,7 +47,7 @@ impl Ground {
     /// Returns the ground for a radius and another margin, both in world units.
     ///
     /// # Errors
-    /// A radius that kinematics would not take, or a margin that is not within `0.0..=1.0`. Below 1e-10 paths may collide.
+    /// A radius that kinematics would not take, or above [`RADIUS_MAX`], or a margin that is not within `0.0..=1.0`. Below 1e-10 paths may collide.
     pub fn with_margin(map: &TileMap, radius: f64, margin: f64) -> Result<Self, GroundError> {
         let limits =
             Limits::new(f64::from(SIZE_MAX), RADIUS_MAX, 1.0).expect("the limits are within the limits");

@@ -18,5 +18,5 @@ mod walls;
 
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
-pub use ground::{Ground, MARGIN};
+pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};

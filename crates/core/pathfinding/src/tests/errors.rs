@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::NumberError;
 
 use super::drawn;
-use crate::{Field, Ground, GroundError, MARGIN, PlanError, Planner, Which};
+use crate::{Field, Ground, GroundError, MARGIN, PlanError, Planner, RADIUS_MAX, Which};
 
 const RADIUS: f64 = 0.4;
 
@@ -19,7 +19,7 @@ fn what_is_no_radius_or_no_margin_is_refused() {
         (f64::NAN, NumberError::NotANumber),
         (0.0, NumberError::NotPositive(0.0)),
         (-1.0, NumberError::NotPositive(-1.0)),
-        (1e300, NumberError::TooLarge { value: 1e300, limit: 65536.0 }),
+        (4.5, NumberError::TooLarge { value: 4.5, limit: RADIUS_MAX }),
     ];
     for (radius, problem) in cases {
         let error = Ground::new(&map, radius).unwrap_err();

@@ -1,5 +1,6 @@
 //! Paths on real maps, for the queries that are published with them.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
@@ -34,8 +35,12 @@ struct Query {
 fn paths_for_published_queries_are_walked_without_a_collision() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/maps/movingai");
     if !folder.is_dir() {
-        println!("SKIPPED: no maps at {}; paths on real maps were not tested", folder.display());
-        eprintln!("SKIPPED: no maps at {}; paths on real maps were not tested", folder.display());
+        let said = writeln!(
+            std::io::stderr(),
+            "SKIPPED: no maps at {}; paths on real maps were not tested",
+            folder.display()
+        );
+        said.expect("standard error takes a line");
         return;
     }
     let is_long = std::env::var_os("MANIPLE_LONG").is_some();
