@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../..");
 
 /// The edges of the layout that was planned; those of the command, which may use everything, left out.
-const EDGES_PLANNED: [(&str, &[&str]); 9] = [
+const EDGES_PLANNED: [(&str, &[&str]); 10] = [
     ("tilemap", &["geometry"]),
     ("kinematics", &["geometry"]),
+    ("pathfinding", &["geometry", "tilemap"]),
     ("view", &["geometry", "tilemap"]),
     ("game", &["kinematics", "tilemap", "view"]),
     ("referee", &["game", "view"]),

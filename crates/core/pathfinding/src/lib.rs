@@ -1,0 +1,22 @@
+//! Ways for circles on tile maps: straight legs that keep clear of every wall, and distances to a goal.
+//!
+//! The server does not plan. This is a library for those who do, bots and clients: the same input gives the same
+//! bits, and nothing here reads a clock or a file. What it promises and what it costs: `docs/PATHFINDING.md`.
+
+mod bits;
+mod error;
+mod field;
+mod ground;
+mod jump;
+mod lattice;
+mod planner;
+mod pull;
+#[cfg(test)]
+mod tests;
+mod tighten;
+mod walls;
+
+pub use error::{GroundError, PlanError, Which};
+pub use field::Field;
+pub use ground::{Ground, MARGIN, RADIUS_MAX};
+pub use planner::{Planner, length};
