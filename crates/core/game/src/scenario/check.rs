@@ -502,13 +502,14 @@ groups = [{ unit = "rock", count = 1 }, { unit = "scout", count = 2 }]
         check("terrain = \"explored\"", "terrain = \"explorred\"", "did you mean `explored`?");
         check("walls_block = true", "wall_block = true", "did you mean `walls_block`?");
         check("walls_block = true", "walls_block = 1", "duel.toml:26:15: invalid type: integer `1`");
+        check("identity = \"persistent\"", "identity = \"same\"", "duel.toml:27:12: unknown variant `same`");
         check(
             "unit = \"scout\"",
             "unit = \"scuot\"",
             "no unit type is called \"scuot\"; did you mean `scout`?",
         );
-        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:43:20: ");
-        check("radius = 0.25", "radius = -0.25", "duel.toml:33:10: radius is -0.25; it must be positive");
+        check("unit = \"scout\"", "unit = \"scuot\"", "duel.toml:44:20: ");
+        check("radius = 0.25", "radius = -0.25", "duel.toml:34:10: radius is -0.25; it must be positive");
         check("radius = 0.25", "radius = nan", "radius is not a number");
         check("speed = 2.0", "speed = -1", "speed is -1; it must not be negative");
         check("sight = 5.0", "sight = 0", "sight is 0; it must be from");

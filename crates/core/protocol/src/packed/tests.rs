@@ -50,7 +50,7 @@ fn the_usual_motions_take_the_documented_bytes() {
             assert_eq!(motions.len() - 1, expected, "{case}, {positions:?}: {motions:02x?}");
         };
     for (positions, [turn, slow_turn, bend, stop]) in
-        [(Positions::Exact, [11, 18, 21, 12]), (GRID, [6, 6, 6, 6])]
+        [(Positions::Exact, [11, 18, 21, 12]), (GRID, [6, 6, 8, 4])]
     {
         let turned = |base: Base, fraction| {
             let point = base.position(Cycle(340)) + base.velocity * fraction;
