@@ -298,7 +298,10 @@ impl Pair {
         let [one, other] = [0, 1].map(|world| self.sides[world].bytes(watcher));
         let cycle = self.sides[0].referee.cycle();
         if one != other {
-            let text = |bytes: &[Vec<u8>]| String::from_utf8_lossy(&bytes[bytes.len() / 2 - 2]).into_owned();
+            // The first that differs of those that a person can read, which are the delta and the keyframe in JSON.
+            let differs = |&place: &usize| one[place] != other[place];
+            let place = [2, 4].into_iter().find(differs).unwrap_or(2);
+            let text = |bytes: &[Vec<u8>]| String::from_utf8_lossy(&bytes[place]).into_owned();
             panic!("seed {}, cycle {cycle}: bytes differ\n{}\n{}", self.seed, text(&one), text(&other));
         }
         self.tally.cycles += 1;
