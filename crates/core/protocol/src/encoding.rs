@@ -1,7 +1,7 @@
 //! The two ways to write a message, and the messages written in them.
 
 use maniple_geometry::Cycle;
-use maniple_view::{Command, Sequenced};
+use maniple_view::Sequenced;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use thiserror::Error;
@@ -199,36 +199,9 @@ fn excerpt(text: &str) -> String {
 
 /// The writer would put `null` for such a number, which is another command: at the object's own speed.
 fn check_finite(list: &[Sequenced]) -> Result<(), EncodeError> {
-    match list.iter().find(|sequenced| !is_finite(&sequenced.command)) {
+    match list.iter().find(|sequenced| !sequenced.command.is_finite()) {
         Some(sequenced) => Err(EncodeError::NotFinite { seq: sequenced.seq }),
         None => Ok(()),
-    }
-}
-
-fn is_finite(command: &Command) -> bool {
-    let is_start_finite =
-        |start: &Option<maniple_view::Start>| start.is_none_or(|(_, fraction)| fraction.is_finite());
-    let is_speed_finite = |speed: Option<f64>| speed.is_none_or(f64::is_finite);
-    match command {
-        Command::Move { x, y, s, start, .. } => {
-            x.is_finite() && y.is_finite() && is_speed_finite(*s) && is_start_finite(start)
-        }
-        Command::Path { points, start, .. } => {
-            is_start_finite(start)
-                && points.iter().all(|&(x, y, s)| x.is_finite() && y.is_finite() && is_speed_finite(s))
-        }
-        Command::AttackAt { x, y, .. } | Command::AttackMove { x, y, .. } | Command::Build { x, y, .. } => {
-            x.is_finite() && y.is_finite()
-        }
-        Command::Stop { .. }
-        | Command::Resign
-        | Command::Attack { .. }
-        | Command::Hold { .. }
-        | Command::Gather { .. }
-        | Command::ReturnLoad { .. }
-        | Command::Train { .. }
-        | Command::Cancel { .. }
-        | Command::Switch { .. } => true,
     }
 }
 

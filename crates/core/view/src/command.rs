@@ -173,6 +173,34 @@ impl Command {
             | Self::Resign => None,
         }
     }
+
+    /// Returns whether all its numbers are finite, as JSON can say them.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        let is_start_finite = |start: &Option<Start>| start.is_none_or(|(_, fraction)| fraction.is_finite());
+        let is_speed_finite = |speed: Option<f64>| speed.is_none_or(f64::is_finite);
+        match self {
+            Self::Move { x, y, s, start, .. } => {
+                x.is_finite() && y.is_finite() && is_speed_finite(*s) && is_start_finite(start)
+            }
+            Self::Path { points, start, .. } => {
+                is_start_finite(start)
+                    && points.iter().all(|&(x, y, s)| x.is_finite() && y.is_finite() && is_speed_finite(s))
+            }
+            Self::AttackAt { x, y, .. } | Self::AttackMove { x, y, .. } | Self::Build { x, y, .. } => {
+                x.is_finite() && y.is_finite()
+            }
+            Self::Stop { .. }
+            | Self::Resign
+            | Self::Attack { .. }
+            | Self::Hold { .. }
+            | Self::Gather { .. }
+            | Self::ReturnLoad { .. }
+            | Self::Train { .. }
+            | Self::Cancel { .. }
+            | Self::Switch { .. } => true,
+        }
+    }
 }
 
 /// A command with the number that its result will carry.

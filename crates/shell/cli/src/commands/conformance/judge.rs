@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use maniple_geometry::Cycle;
 use maniple_protocol::{ServerMessage, Welcome};
 use maniple_referee::Referee;
-use maniple_view::{ClockMode, Command, CommandResult, Delta, Digest, Outcome, Seat, Sequenced};
+use maniple_view::{ClockMode, CommandResult, Delta, Digest, Outcome, Seat, Sequenced};
 
 use super::mistake::Mistake;
 use super::story;
@@ -234,14 +234,14 @@ impl Judge {
         let view = self.referee.view(CLIENT);
         let own = |handle| view.object(handle).is_some_and(|seen| seen.owner == Some(CLIENT));
         let unknown = command.object().filter(|&handle| !own(handle));
-        let hidden = target(command).filter(|&handle| view.object(maniple_view::Handle(handle)).is_none());
+        let hidden = command.target().filter(|&handle| view.object(handle).is_none());
         if let Some(object) = unknown {
             self.note(Mistake::UnknownHandle { seq, object: object.0 });
         }
         if let Some(target) = hidden {
-            self.note(Mistake::UnknownTarget { seq, target });
+            self.note(Mistake::UnknownTarget { seq, target: target.0 });
         }
-        if numbers(command).iter().any(|number| !number.is_finite()) {
+        if !command.is_finite() {
             self.note(Mistake::NotFinite { seq });
         }
     }
@@ -259,48 +259,4 @@ impl Judge {
 
 fn low_half(check: Digest) -> u32 {
     u32::try_from(check.0 & u64::from(u32::MAX)).expect("the upper half is masked out")
-}
-
-/// Returns the handle at which a command aims.
-fn target(command: &Command) -> Option<u32> {
-    match command {
-        Command::Attack { target, .. } => Some(target.0),
-        Command::Gather { patch, .. } => Some(patch.0),
-        Command::Move { .. }
-        | Command::Path { .. }
-        | Command::Stop { .. }
-        | Command::Resign
-        | Command::AttackAt { .. }
-        | Command::AttackMove { .. }
-        | Command::Hold { .. }
-        | Command::ReturnLoad { .. }
-        | Command::Build { .. }
-        | Command::Train { .. }
-        | Command::Cancel { .. }
-        | Command::Switch { .. } => None,
-    }
-}
-
-/// Returns the numbers of a command that may be fractions.
-fn numbers(command: &Command) -> Vec<f64> {
-    let moment = |start: &Option<maniple_view::Start>| start.map(|(_, fraction)| fraction);
-    match command {
-        Command::Move { x, y, s, start, .. } => [*x, *y].into_iter().chain(*s).chain(moment(start)).collect(),
-        Command::Path { points, start, .. } => {
-            let points = points.iter().flat_map(|&(x, y, s)| [x, y].into_iter().chain(s));
-            points.chain(moment(start)).collect()
-        }
-        Command::AttackAt { x, y, .. } | Command::AttackMove { x, y, .. } | Command::Build { x, y, .. } => {
-            vec![*x, *y]
-        }
-        Command::Stop { .. }
-        | Command::Resign
-        | Command::Attack { .. }
-        | Command::Hold { .. }
-        | Command::Gather { .. }
-        | Command::ReturnLoad { .. }
-        | Command::Train { .. }
-        | Command::Cancel { .. }
-        | Command::Switch { .. } => Vec::new(),
-    }
 }
