@@ -10,7 +10,7 @@ use thiserror::Error;
 #[derive(Debug, Error)]
 pub enum ClientError {
     /// The server cannot be reached.
-    #[error("{address}: cannot connect: {source}")]
+    #[error("no server answers at {address}; start `maniple serve` there, or name its address")]
     Connect {
         /// The address.
         address: String,
