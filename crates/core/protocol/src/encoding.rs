@@ -209,7 +209,7 @@ fn check_finite(list: &[Sequenced]) -> Result<(), EncodeError> {
 mod tests {
     use std::fmt::Debug;
 
-    use maniple_view::Handle;
+    use maniple_view::{Command, Handle};
 
     use super::*;
     use crate::arbitrary::Random;
