@@ -145,6 +145,7 @@ fn uninterrupted(folder: &Path) -> MatchResult {
             referee.handle_commands(seat, cycle, sequenced).unwrap();
             referee.handle_done(seat, cycle);
         }
+        referee.take_records();
         referee.step();
     }
     referee.result().cloned().unwrap()

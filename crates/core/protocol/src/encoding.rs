@@ -294,7 +294,7 @@ mod tests {
         );
         check_json_error(
             r#"{"pong":{"id":1}}"#,
-            "column 7: unknown variant `pong`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`",
+            "column 7: unknown variant `pong`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`, `list`, `create`, `enter`",
         );
         check_json_error(r#"{"ping":{"id":1},"done":{"cycle":1}}"#, "column 16: expected value");
     }

@@ -23,6 +23,9 @@ pub const HELLO_TIMEOUT: Duration = Duration::from_secs(HELLO_SECONDS as u64);
 /// The same in seconds, as a client is told.
 const HELLO_SECONDS: u32 = 5;
 
+/// Time in which a connection that is one too many has to say in which encoding, and again to take the answer.
+pub const TURN_AWAY_TIMEOUT: Duration = Duration::from_secs(1);
+
 /// Messages of a connection that wait for the simulation. More are left in the socket, so that a flood holds up its
 /// sender alone. A client sends two messages a cycle, and a few more where commands do not fit in one.
 pub const IN_FLIGHT_MAX: usize = 16;
@@ -96,11 +99,18 @@ pub(crate) async fn serve<S: Stream>(stream: S, reception: Reception) -> Option<
     goodbye.is_ok().then_some(Farewell { reader, _writer: writer, connection, peer })
 }
 
-/// Refuses a connection before it says anything.
+/// Refuses a connection, in the encoding of its first bytes, which it has [`TURN_AWAY_TIMEOUT`] for.
 pub(crate) async fn turn_away(mut stream: impl Stream, reason: Refused) {
-    refuse(&mut stream, Encoding::Json, reason).await;
+    let mut first = [0; 4];
+    let read = timeout(TURN_AWAY_TIMEOUT, stream.read_exact(&mut first)).await;
+    let encoding = match read {
+        Ok(Ok(_)) => Encoding::detect(&first).ok().flatten().unwrap_or(Encoding::Json),
+        Ok(Err(_)) | Err(_) => Encoding::Json,
+    };
+    refuse(&mut stream, encoding, reason).await;
     // It is closed in any case.
     let _ = stream.shutdown().await;
+    let _ = timeout(TURN_AWAY_TIMEOUT, discard(&mut stream, &mut [0; 512])).await;
 }
 
 /// A connection that has been told all, and is given the time to take it.

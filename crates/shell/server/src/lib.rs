@@ -23,7 +23,7 @@ mod token;
 pub use audience::SPECTATORS_MAX;
 pub use connection::{
     DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX,
-    SPECTATOR_IN_FLIGHT_MAX, Stream,
+    SPECTATOR_IN_FLIGHT_MAX, Stream, TURN_AWAY_TIMEOUT,
 };
 pub use doors::{Access, JOIN_INTERVAL};
 pub use journal::{JournalError, Journals, Resumed, SYNC_INTERVAL};
