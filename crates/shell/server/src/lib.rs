@@ -8,11 +8,15 @@ mod audience;
 mod connection;
 mod doors;
 mod link;
+pub mod metrics;
+pub mod operation;
 mod pace;
 mod recording;
 mod server;
+pub mod settings;
 mod simulation;
 mod table;
+pub mod tls;
 mod token;
 
 pub use audience::SPECTATORS_MAX;
