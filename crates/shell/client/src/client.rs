@@ -3,6 +3,7 @@
 use maniple_protocol::{ClientMessage, Encoding, Hello, PROTOCOL, Welcome, encode_client, encode_commands};
 use maniple_view::{ClockMode, Command, Delta, MatchResult, Rules, Seat, Sequenced, Terrain, View};
 
+use crate::address::Address;
 use crate::connection::{Connection, Event, unexpected};
 use crate::error::ClientError;
 
@@ -32,10 +33,10 @@ impl Client {
     ///
     /// # Errors
     /// A server that cannot be reached, or refuses.
-    pub async fn connect(address: &str, login: Login) -> Result<Self, ClientError> {
+    pub async fn connect(address: impl Into<Address>, login: Login) -> Result<Self, ClientError> {
         let Login { client, player, token } = login;
         let hello = ClientMessage::Hello(Hello { protocol: PROTOCOL, client, player, token });
-        let connection = Connection::open(address, &hello).await?;
+        let connection = Connection::open(&address.into(), &hello).await?;
         let seat = connection.welcome.seat;
         let seat = seat.ok_or_else(|| unexpected("the welcome of a spectator", "that of a player"))?;
         Ok(Self { connection, seat, next_seq: 0 })

@@ -8,8 +8,8 @@ use maniple_protocol::{
 };
 use maniple_view::{Delta, MatchResult, Seat, View};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
 
+use crate::address::{Address, Stream};
 use crate::error::ClientError;
 
 /// Bytes that are read at once: a few of the usual deltas.
@@ -43,7 +43,7 @@ pub enum Event {
 /// A connection that the server has welcomed.
 #[derive(Debug)]
 pub(crate) struct Connection {
-    stream: TcpStream,
+    stream: Box<dyn Stream>,
     frames: FrameDecoder,
     buffer: Vec<u8>,
     pub(crate) welcome: Welcome,
@@ -52,17 +52,14 @@ pub(crate) struct Connection {
 
 impl Connection {
     /// Connects, says `first` and waits for the welcome.
-    pub(crate) async fn open(address: &str, first: &ClientMessage) -> Result<Self, ClientError> {
-        let connected = TcpStream::connect(address).await;
-        let mut stream =
-            connected.map_err(|source| ClientError::Connect { address: address.to_owned(), source })?;
-        stream.set_nodelay(true)?;
+    pub(crate) async fn open(address: &Address, first: &ClientMessage) -> Result<Self, ClientError> {
+        let mut stream = address.open().await?;
         let mut bytes = Encoding::Binary.preamble().to_vec();
         bytes.extend(encode_client(Encoding::Binary, first)?);
-        write(&mut stream, &bytes).await?;
+        write(&mut *stream, &bytes).await?;
         let mut frames = FrameDecoder::new(Encoding::Binary, FRAME_FROM_SERVER_MAX);
         let mut buffer = vec![0; READ_SIZE];
-        let welcome = match read(&mut stream, &mut frames, &mut buffer).await? {
+        let welcome = match read(&mut *stream, &mut frames, &mut buffer).await? {
             ServerMessage::Welcome(welcome) => welcome,
             ServerMessage::Refused { reason } => return Err(ClientError::Refused(reason)),
             ServerMessage::Delta(_) | ServerMessage::Packed(_) => {
@@ -78,7 +75,7 @@ impl Connection {
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
     pub(crate) async fn next(&mut self) -> Result<Event, ClientError> {
-        match read(&mut self.stream, &mut self.frames, &mut self.buffer).await? {
+        match read(&mut *self.stream, &mut self.frames, &mut self.buffer).await? {
             ServerMessage::Delta(delta) => self.take_in(delta),
             ServerMessage::Packed(packed) => {
                 let delta = packed.unpack(&self.view, &self.welcome.rules)?;
@@ -100,7 +97,7 @@ impl Connection {
 
     /// Sends messages that are written already.
     pub(crate) async fn write(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
-        write(&mut self.stream, bytes).await
+        write(&mut *self.stream, bytes).await
     }
 
     fn take_in(&mut self, delta: Delta) -> Result<Event, ClientError> {
@@ -111,7 +108,7 @@ impl Connection {
 
 /// Waits for the next message. A wait that is given up loses nothing.
 async fn read(
-    stream: &mut TcpStream,
+    stream: &mut dyn Stream,
     frames: &mut FrameDecoder,
     buffer: &mut [u8],
 ) -> Result<ServerMessage, ClientError> {
@@ -128,9 +125,14 @@ async fn read(
 }
 
 /// Writes to a server that may have closed the connection: its reason can still be read then.
-async fn write(stream: &mut TcpStream, bytes: &[u8]) -> Result<(), ClientError> {
+async fn write(stream: &mut dyn Stream, bytes: &[u8]) -> Result<(), ClientError> {
     use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
-    match stream.write_all(bytes).await {
+    // What is encrypted waits in a buffer.
+    let written = async {
+        stream.write_all(bytes).await?;
+        stream.flush().await
+    };
+    match written.await {
         Err(error) if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset) => Ok(()),
         written => Ok(written?),
     }

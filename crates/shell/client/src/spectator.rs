@@ -3,6 +3,7 @@
 use maniple_protocol::{ClientMessage, PROTOCOL, Watch, Welcome};
 use maniple_view::{Rules, Vantage, View};
 
+use crate::address::Address;
 use crate::connection::{Connection, Event, unexpected};
 use crate::error::ClientError;
 
@@ -21,9 +22,13 @@ impl Spectator {
     ///
     /// # Errors
     /// A server that cannot be reached, or refuses, for one because the scenario does not permit it.
-    pub async fn watch(address: &str, client: &str, view: Vantage) -> Result<Self, ClientError> {
+    pub async fn watch(
+        address: impl Into<Address>,
+        client: &str,
+        view: Vantage,
+    ) -> Result<Self, ClientError> {
         let watch = ClientMessage::Watch(Watch { protocol: PROTOCOL, client: client.to_owned(), view });
-        let connection = Connection::open(address, &watch).await?;
+        let connection = Connection::open(&address.into(), &watch).await?;
         let delay = connection.welcome.delay;
         let delay = delay.ok_or_else(|| unexpected("the welcome of a player", "that of a spectator"))?;
         Ok(Self { connection, delay })
