@@ -1,15 +1,19 @@
 //! `maniple serve`: matches that clients join over TCP.
 
+mod check;
+
 use std::fmt::Write as _;
 
 use anyhow::Context;
 use maniple_game::Overrides;
 use maniple_game::scenario::{Spectators, Views};
+use maniple_server::settings::{Configuration, Settings};
 use maniple_server::{Access, Match, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
 
 use crate::arguments::{Clock, Serve};
+use crate::configuration::failure;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::{Format, note, print};
@@ -89,15 +93,23 @@ impl Ended {
 }
 
 /// Runs `maniple serve`.
-pub(crate) fn run(arguments: &Serve) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Serve, configuration: &Configuration) -> Result<(), Failure> {
+    let settings = configuration.settings().map_err(failure)?;
+    if arguments.configuration.print_config {
+        return check::print_configuration(arguments, configuration);
+    }
+    if arguments.configuration.check {
+        return check::check(arguments, configuration, &settings);
+    }
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-    runtime.map_err(Failure::failed)?.block_on(serve(arguments))
+    runtime.map_err(Failure::failed)?.block_on(serve(arguments, &settings))
 }
 
-async fn serve(arguments: &Serve) -> Result<(), Failure> {
+async fn serve(arguments: &Serve, settings: &Settings) -> Result<(), Failure> {
     let interrupt = Interrupt::listen().await;
-    let server = Server::bind(arguments.listen)
-        .with_context(|| format!("cannot listen on {}", arguments.listen))
+    let address = settings.listen.address;
+    let server = Server::bind(address)
+        .with_context(|| format!("cannot listen on {address}"))
         .map_err(Failure::Failed)?;
     let outcome = play(arguments, &server, interrupt).await;
     // Whatever the outcome, the clients have been told something.
