@@ -154,7 +154,9 @@ fn a_pause_that_the_client_asks_for_is_granted_and_ended() {
         | ServerMessage::Delta(_)
         | ServerMessage::Packed(_)
         | ServerMessage::Pong { .. }
-        | ServerMessage::Ended { .. } => None,
+        | ServerMessage::Ended { .. }
+        | ServerMessage::Matches { .. }
+        | ServerMessage::Created { .. } => None,
     };
     let told: Vec<bool> = heard.iter().filter_map(is_on).collect();
     // The wish of the other seat comes later.
@@ -270,7 +272,9 @@ fn take_in(message: &ServerMessage, view: &mut View, rules: &mut Option<Rules>) 
         ServerMessage::Refused { .. }
         | ServerMessage::Pong { .. }
         | ServerMessage::Paused { .. }
-        | ServerMessage::Ended { .. } => false,
+        | ServerMessage::Ended { .. }
+        | ServerMessage::Matches { .. }
+        | ServerMessage::Created { .. } => false,
     }
 }
 

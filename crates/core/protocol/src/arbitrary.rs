@@ -9,7 +9,9 @@ use maniple_view::{
     Stopped, Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Vantage, Weapon, Zone,
 };
 
-use crate::message::{ClientMessage, Hello, ServerMessage, Watch, Welcome};
+use crate::message::{
+    ClientMessage, Create, Hello, Listed, ListedSeat, ListedSpectators, ServerMessage, Watch, Welcome,
+};
 use crate::packed::{PackedDelta, Rest};
 use crate::refused::Refused;
 
@@ -102,7 +104,15 @@ impl Random {
     }
 
     pub(crate) fn client_message(&mut self) -> ClientMessage {
-        match self.below(6) {
+        match self.below(9) {
+            6 => ClientMessage::List { protocol: self.u32() },
+            7 => ClientMessage::Create(Create {
+                protocol: self.u32(),
+                scenario: self.text(),
+                clock: self.clock(),
+                open: self.coin(),
+            }),
+            8 => ClientMessage::Enter { match_id: Digest(self.number()), seat: self.maybe(Self::seat) },
             0 => ClientMessage::Hello(Hello {
                 protocol: self.u32(),
                 client: self.text(),
@@ -122,7 +132,9 @@ impl Random {
     }
 
     pub(crate) fn server_message(&mut self) -> ServerMessage {
-        match self.below(7) {
+        match self.below(9) {
+            7 => ServerMessage::Matches { scenarios: self.list(Self::text), list: self.list(Self::listed) },
+            8 => ServerMessage::Created { match_id: Digest(self.number()), tokens: self.list(Self::text) },
             0 => ServerMessage::Welcome(self.welcome()),
             1 => ServerMessage::Refused { reason: self.refused() },
             2 => ServerMessage::Delta(self.delta()),
@@ -198,7 +210,16 @@ impl Random {
     }
 
     fn refused(&mut self) -> Refused {
-        match self.below(17) {
+        match self.below(26) {
+            17 => Refused::Broken,
+            18 => Refused::NoMatch,
+            19 => Refused::NoScenario,
+            20 => Refused::MatchesFull { limit: self.u32() },
+            21 => Refused::AddressFull { limit: self.u32() },
+            22 => Refused::Draining,
+            23 => Refused::NotBegun { seconds: self.u32() },
+            25 => Refused::Operator,
+            24 => Refused::AsksTooMuch { limit: self.u32() },
             0 => Refused::Protocol { supported: self.u32() },
             1 => Refused::Handshake,
             2 => Refused::Timeout { seconds: self.u32() },
@@ -219,6 +240,25 @@ impl Random {
         }
     }
 
+    fn clock(&mut self) -> ClockMode {
+        if self.coin() { ClockMode::Realtime } else { ClockMode::Lockstep }
+    }
+
+    fn listed(&mut self) -> Listed {
+        let seat = |random: &mut Self| ListedSeat { open: random.coin(), taken: random.coin() };
+        let spectators =
+            |random: &mut Self| ListedSpectators { everything: random.coin(), delay: random.u32() };
+        Listed {
+            match_id: Digest(self.number()),
+            scenario: self.text(),
+            clock: self.clock(),
+            rate: self.double(),
+            has_begun: self.coin(),
+            seats: self.list(seat),
+            spectators: self.maybe(spectators),
+        }
+    }
+
     pub(crate) fn welcome(&mut self) -> Welcome {
         Welcome {
             match_id: Digest(self.number()),
@@ -227,7 +267,7 @@ impl Random {
             seats: self.u16(),
             cycle: self.cycle(),
             rate: self.double(),
-            clock: if self.coin() { ClockMode::Realtime } else { ClockMode::Lockstep },
+            clock: self.clock(),
             rules: Rules {
                 scenario: self.text(),
                 cycles_max: self.u32(),

@@ -9,7 +9,7 @@ use maniple_protocol::{
 use maniple_view::{Delta, MatchResult, Seat, View};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-use crate::address::{Address, Stream};
+use crate::destination::{Destination, Stream};
 use crate::error::ClientError;
 
 /// Bytes that are read at once: a few of the usual deltas.
@@ -40,42 +40,106 @@ pub enum Event {
     Ended(MatchResult),
 }
 
-/// A connection that the server has welcomed.
+/// A connection to a server, and what has come in of a message.
 #[derive(Debug)]
-pub(crate) struct Connection {
+pub(crate) struct Talk {
     stream: Box<dyn Stream>,
     frames: FrameDecoder,
     buffer: Vec<u8>,
+    /// Whether the encoding has been chosen.
+    has_begun: bool,
+}
+
+impl Talk {
+    pub(crate) async fn connect(destination: &Destination) -> Result<Self, ClientError> {
+        Ok(Self::new(destination.open().await?))
+    }
+
+    pub(crate) fn over(stream: impl Stream) -> Self {
+        Self::new(Box::new(stream))
+    }
+
+    fn new(stream: Box<dyn Stream>) -> Self {
+        let frames = FrameDecoder::new(Encoding::Binary, FRAME_FROM_SERVER_MAX);
+        Self { stream, frames, buffer: vec![0; READ_SIZE], has_begun: false }
+    }
+
+    /// Sends a message.
+    pub(crate) async fn say(&mut self, message: &ClientMessage) -> Result<(), ClientError> {
+        let bytes = encode_client(Encoding::Binary, message)?;
+        if std::mem::replace(&mut self.has_begun, true) {
+            return self.write(&bytes).await;
+        }
+        let bytes = [Encoding::Binary.preamble(), &bytes].concat();
+        self.write(&bytes).await
+    }
+
+    /// Writes to a server that may have closed the connection: its reason can still be read then.
+    pub(crate) async fn write(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
+        use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
+        // What is encrypted waits in a buffer.
+        let written = async {
+            self.stream.write_all(bytes).await?;
+            self.stream.flush().await
+        };
+        match written.await {
+            Err(error) if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset) => Ok(()),
+            written => Ok(written?),
+        }
+    }
+
+    /// Waits for the next message. A wait that is given up loses nothing.
+    pub(crate) async fn next(&mut self) -> Result<ServerMessage, ClientError> {
+        loop {
+            if let Some(body) = self.frames.poll()? {
+                return Ok(decode_server(Encoding::Binary, body)?);
+            }
+            let count = self.stream.read(&mut self.buffer).await?;
+            if count == 0 {
+                return Err(ClientError::Closed);
+            }
+            self.frames.handle_bytes(&self.buffer[..count]);
+        }
+    }
+}
+
+/// A connection that the server has welcomed.
+#[derive(Debug)]
+pub(crate) struct Connection {
+    talk: Talk,
     pub(crate) welcome: Welcome,
     pub(crate) view: View,
 }
 
 impl Connection {
     /// Connects, says `first` and waits for the welcome.
-    pub(crate) async fn open(address: &Address, first: &ClientMessage) -> Result<Self, ClientError> {
-        let mut stream = address.open().await?;
-        let mut bytes = Encoding::Binary.preamble().to_vec();
-        bytes.extend(encode_client(Encoding::Binary, first)?);
-        write(&mut *stream, &bytes).await?;
-        let mut frames = FrameDecoder::new(Encoding::Binary, FRAME_FROM_SERVER_MAX);
-        let mut buffer = vec![0; READ_SIZE];
-        let welcome = match read(&mut *stream, &mut frames, &mut buffer).await? {
+    pub(crate) async fn open(destination: Destination, first: &ClientMessage) -> Result<Self, ClientError> {
+        let talk = Talk::connect(&destination).await?;
+        Self::begin(talk, destination.enter().as_ref(), first).await
+    }
+
+    /// As [`Self::open`], over a connection that is there.
+    pub(crate) async fn begin(
+        mut talk: Talk,
+        enter: Option<&ClientMessage>,
+        first: &ClientMessage,
+    ) -> Result<Self, ClientError> {
+        if let Some(enter) = enter {
+            talk.say(enter).await?;
+        }
+        talk.say(first).await?;
+        let welcome = match talk.next().await? {
             ServerMessage::Welcome(welcome) => welcome,
             ServerMessage::Refused { reason } => return Err(ClientError::Refused(reason)),
-            ServerMessage::Delta(_) | ServerMessage::Packed(_) => {
-                return Err(unexpected("a delta", "the welcome"));
-            }
-            ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
-            ServerMessage::Paused { .. } => return Err(unexpected("a pause", "the welcome")),
-            ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
+            other => return Err(unexpected(other.name(), "the welcome")),
         };
         let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
-        Ok(Self { stream, frames, buffer, welcome, view })
+        Ok(Self { talk, welcome, view })
     }
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
     pub(crate) async fn next(&mut self) -> Result<Event, ClientError> {
-        match read(&mut *self.stream, &mut self.frames, &mut self.buffer).await? {
+        match self.talk.next().await? {
             ServerMessage::Delta(delta) => self.take_in(delta),
             ServerMessage::Packed(packed) => {
                 let delta = packed.unpack(&self.view, &self.welcome.rules)?;
@@ -85,56 +149,25 @@ impl Connection {
             ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
             ServerMessage::Paused { seats, on } => Ok(Event::Paused { seats, on }),
             ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
-            ServerMessage::Welcome(_) => Err(unexpected("a second welcome", "a delta")),
+            other @ (ServerMessage::Welcome(_)
+            | ServerMessage::Matches { .. }
+            | ServerMessage::Created { .. }) => Err(unexpected(other.name(), "a delta")),
         }
     }
 
     /// Sends a message.
     pub(crate) async fn say(&mut self, message: &ClientMessage) -> Result<(), ClientError> {
-        let bytes = encode_client(Encoding::Binary, message)?;
-        self.write(&bytes).await
+        self.talk.say(message).await
     }
 
     /// Sends messages that are written already.
     pub(crate) async fn write(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
-        write(&mut *self.stream, bytes).await
+        self.talk.write(bytes).await
     }
 
     fn take_in(&mut self, delta: Delta) -> Result<Event, ClientError> {
         self.view.apply(&delta)?;
         Ok(Event::Cycle(Box::new(delta)))
-    }
-}
-
-/// Waits for the next message. A wait that is given up loses nothing.
-async fn read(
-    stream: &mut dyn Stream,
-    frames: &mut FrameDecoder,
-    buffer: &mut [u8],
-) -> Result<ServerMessage, ClientError> {
-    loop {
-        if let Some(body) = frames.poll()? {
-            return Ok(decode_server(Encoding::Binary, body)?);
-        }
-        let count = stream.read(buffer).await?;
-        if count == 0 {
-            return Err(ClientError::Closed);
-        }
-        frames.handle_bytes(&buffer[..count]);
-    }
-}
-
-/// Writes to a server that may have closed the connection: its reason can still be read then.
-async fn write(stream: &mut dyn Stream, bytes: &[u8]) -> Result<(), ClientError> {
-    use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
-    // What is encrypted waits in a buffer.
-    let written = async {
-        stream.write_all(bytes).await?;
-        stream.flush().await
-    };
-    match written.await {
-        Err(error) if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset) => Ok(()),
-        written => Ok(written?),
     }
 }
 

@@ -1,16 +1,23 @@
 //! The daemon: a referee over TCP. It moves bytes and waits; what they mean is for the core to say.
 //!
-//! A [`Server`] listens and plays one [`Match`] after the other. The simulation has a thread of its own, which owns
-//! the referee; each connection has a task. They talk through queues that are bounded in both directions, so neither
-//! a flood nor a reader that has stopped reaches the simulation or another player.
+//! A [`Server`] listens and receives whoever comes; its [`Lobby`] knows the matches. A few threads play them by turns, each
+//! of which owns its referee; each connection has a task. They talk through queues that are bounded in both directions, so neither
+//! a flood nor a reader that has stopped reaches a simulation or another player.
 
 mod audience;
+mod bans;
 mod connection;
 mod doors;
+mod journal;
+mod limits;
 mod link;
+mod lobby;
+mod matches;
 pub mod metrics;
+mod occupancy;
 pub mod operation;
 mod pace;
+mod pool;
 mod recording;
 mod server;
 pub mod settings;
@@ -20,14 +27,19 @@ pub mod tls;
 mod token;
 
 pub use audience::SPECTATORS_MAX;
+pub use bans::BANS_MAX;
 pub use connection::{
     DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX,
-    SPECTATOR_IN_FLIGHT_MAX,
+    SPECTATOR_IN_FLIGHT_MAX, Stream,
 };
 pub use doors::{Access, JOIN_INTERVAL};
+pub use journal::{JournalError, Journals, Resumed, SYNC_INTERVAL};
+pub use limits::Limits;
 pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
+pub use lobby::{ASKS_MAX, Lobby, Offer};
+pub use matches::{Match, MatchError, RunError};
 pub use pace::LATE_PERIODS_MAX;
-pub use recording::{BUILD, Recording, RecordingError, events, files, overrides};
-pub use server::{CONNECTIONS_MAX, Match, MatchError, RunError, SEND_BUFFER_SIZE, Server};
-pub use simulation::EVENTS_BEFORE_STEP_MAX;
+pub use recording::{BUILD, Recording, RecordingError, StartError, events, files, loaded, overrides};
+pub use server::{House, SEND_BUFFER_SIZE, Server};
+pub use simulation::{EVENTS_BEFORE_STEP_MAX, RETURN_TIMEOUT};
 pub use token::{Token, TokenError};

@@ -3,6 +3,7 @@
 //! [`Metrics::described`] is the list of all figures, with their names and meanings; `docs/OPERATIONS.md` has the same
 //! list, and a test compares them.
 
+mod counted;
 mod kinds;
 mod timings;
 
@@ -15,6 +16,7 @@ use prometheus_client::encoding::{DescriptorEncoder, NoLabelSet};
 use prometheus_client::metrics::MetricType;
 use prometheus_client::registry::Registry;
 
+pub(crate) use counted::Counted;
 pub use kinds::{End, Kinds};
 pub use timings::{TIMING_BOUNDS, Timings};
 

@@ -5,6 +5,7 @@
 pub mod administration;
 #[cfg(test)]
 mod double;
+mod house;
 pub mod http;
 #[cfg(unix)]
 pub mod systemd;

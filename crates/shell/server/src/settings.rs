@@ -13,6 +13,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::time::Duration;
 
+pub use crate::limits::Limits;
 pub use error::SettingsError;
 pub use key::{KEYS, Key, Kind};
 pub use source::{Configuration, Flag, Origin};
@@ -75,25 +76,10 @@ pub struct Lobby {
 /// Who may create matches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MayCreate {
-    /// Only those that the daemon is started with are played.
-    Nobody,
     /// Whoever connects.
     Anyone,
-}
-
-/// How much of something there may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Connections at the same time.
-    pub connections: usize,
-    /// Connections at the same time from one address.
-    pub connections_per_address: usize,
-    /// Matches at the same time.
-    pub matches: usize,
-    /// Matches that clients of one address have created, at the same time.
-    pub matches_per_address: usize,
-    /// Time for the players of a match in the lobby to come.
-    pub begin_within: Duration,
+    /// Whoever has the token of the administration.
+    Admin,
 }
 
 /// How matches are kept.
@@ -101,8 +87,6 @@ pub struct Limits {
 pub struct Journal {
     /// The folder of the journals; `None`: there are none.
     pub directory: Option<PathBuf>,
-    /// Time between two snapshots.
-    pub snapshot_interval: Duration,
     /// Time after which a journal is on the disk.
     pub sync_interval: Duration,
 }
@@ -148,15 +132,14 @@ impl Configuration {
     pub fn settings(&self) -> Result<Settings, SettingsError> {
         let lobby = Lobby {
             create: match self.word(&key::CREATE) {
-                "nobody" => MayCreate::Nobody,
                 "anyone" => MayCreate::Anyone,
+                "admin" => MayCreate::Admin,
                 other => unreachable!("{other} is no choice"),
             },
             scenarios: self.files(&key::SCENARIOS).clone(),
         };
         let journal = Journal {
             directory: self.path(&key::DIRECTORY).cloned(),
-            snapshot_interval: Duration::from_secs(self.count(&key::SNAPSHOT_SECONDS).into()),
             sync_interval: Duration::from_millis(self.count(&key::SYNC_MILLISECONDS).into()),
         };
         Ok(Settings { listen: self.listen()?, lobby, limits: self.limits(), journal, log: self.log() })

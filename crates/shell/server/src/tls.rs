@@ -5,13 +5,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::rustls::crypto::ring;
 use tokio_rustls::rustls::pki_types::pem::{self, PemObject};
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use tokio_rustls::rustls::{self, InconsistentKeys, ServerConfig};
+use tokio_rustls::server::TlsStream;
 
 use crate::settings::TlsFiles;
+
+/// Who opens encrypted connections.
+#[derive(Clone)]
+pub struct Tls(TlsAcceptor);
 
 /// Why TLS cannot be had.
 #[derive(Debug, Error)]
@@ -77,7 +83,7 @@ pub enum TlsError {
 ///
 /// # Errors
 /// See [`TlsError`].
-pub fn acceptor(files: &TlsFiles) -> Result<TlsAcceptor, TlsError> {
+pub fn acceptor(files: &TlsFiles) -> Result<Tls, TlsError> {
     let TlsFiles { certificate, key } = files;
     let chain = certificates(certificate)?;
     let private = private_key(key)?;
@@ -94,7 +100,24 @@ pub fn acceptor(files: &TlsFiles) -> Result<TlsAcceptor, TlsError> {
             TlsError::Unusable { certificate, key, problem }
         }
     })?;
-    Ok(TlsAcceptor::from(Arc::new(config)))
+    Ok(Tls(TlsAcceptor::from(Arc::new(config))))
+}
+
+impl Tls {
+    /// Opens an encrypted connection over one that is not.
+    pub(crate) async fn accept<S: AsyncRead + AsyncWrite + Unpin>(
+        &self,
+        stream: S,
+    ) -> io::Result<TlsStream<S>> {
+        self.0.accept(stream).await
+    }
+}
+
+/// Without the key.
+impl std::fmt::Debug for Tls {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Tls")
+    }
 }
 
 fn certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, TlsError> {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Args;
 use maniple_server::settings::{Flag, SettingsError, key};
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct ConfigurationArguments {
     /// The configuration; config/server.toml explains every key
     #[arg(long, value_name = "FILE")]
@@ -17,6 +17,9 @@ pub(crate) struct ConfigurationArguments {
     /// Address and port to listen at [default: 127.0.0.1:7171]; port 0 takes any that is free
     #[arg(long, value_name = "ADDRESS")]
     pub(crate) listen: Option<SocketAddr>,
+    /// Where to keep matches, so that they go on when this has been killed; replays of those that have ended are in `finished`
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) journal: Option<PathBuf>,
     /// Say whether the configuration and the files that it names are right, and stop
     #[arg(long)]
     pub(crate) check: bool,
@@ -34,6 +37,9 @@ impl ConfigurationArguments {
         let mut flags = self.set.iter().map(|text| Flag::set(text)).collect::<Result<Vec<_>, _>>()?;
         if let Some(listen) = self.listen {
             flags.push(Flag::named("--listen", &key::ADDRESS, listen.to_string()));
+        }
+        if let Some(journal) = &self.journal {
+            flags.push(Flag::named("--journal", &key::DIRECTORY, journal.to_string_lossy().into_owned()));
         }
         Ok(flags)
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::Args;
-use maniple_client::{Address, Tls};
+use maniple_client::{Destination, Tls};
 
 use crate::failure::Failure;
 
@@ -24,12 +24,12 @@ pub(crate) struct TlsArguments {
 
 impl TlsArguments {
     /// Returns the address of a server that is spoken to so.
-    pub(crate) fn address(&self, server: SocketAddr) -> Result<Address, Failure> {
+    pub(crate) fn server(&self, server: SocketAddr) -> Result<Destination, Failure> {
         if !self.tls {
-            return Ok(Address::from(server.to_string()));
+            return Ok(Destination::from(server.to_string()));
         }
         let name = self.server_name.clone().unwrap_or_else(|| server.ip().to_string());
         let tls = Tls::new(&name, self.ca.as_deref()).context("--tls").map_err(Failure::BadInput)?;
-        Ok(Address::encrypted(server.to_string(), tls))
+        Ok(Destination::from(server.to_string()).encrypted(tls))
     }
 }

@@ -94,6 +94,15 @@ impl Kind for Refused {
         "spectators_full",
         "spectator",
         "held_too_much",
+        "broken",
+        "no_match",
+        "no_scenario",
+        "matches_full",
+        "address_full",
+        "draining",
+        "not_begun",
+        "asks_too_much",
+        "operator",
     ];
 
     fn kind(&self) -> &'static str {
@@ -115,6 +124,15 @@ impl Kind for Refused {
             Self::SpectatorsFull { .. } => "spectators_full",
             Self::Spectator => "spectator",
             Self::HeldTooMuch => "held_too_much",
+            Self::Broken => "broken",
+            Self::NoMatch => "no_match",
+            Self::NoScenario => "no_scenario",
+            Self::MatchesFull { .. } => "matches_full",
+            Self::AddressFull { .. } => "address_full",
+            Self::Draining => "draining",
+            Self::NotBegun { .. } => "not_begun",
+            Self::AsksTooMuch { .. } => "asks_too_much",
+            Self::Operator => "operator",
         }
     }
 }

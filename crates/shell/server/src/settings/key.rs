@@ -100,9 +100,9 @@ pub const HTTP: Key = Key {
 pub const CREATE: Key = Key {
     section: "lobby",
     name: "create",
-    kind: Kind::Choice(&["nobody", "anyone"]),
-    default: "nobody",
-    meaning: "Who may create matches.",
+    kind: Kind::Choice(&["anyone", "admin"]),
+    default: "anyone",
+    meaning: "Who may create matches of the scenarios: whoever connects, or the administration alone.",
 };
 
 /// The scenarios of which matches can be created.
@@ -111,7 +111,8 @@ pub const SCENARIOS: Key = Key {
     name: "scenarios",
     kind: Kind::Files,
     default: "",
-    meaning: "The scenarios of which matches can be created: a name, and its file, which is read at the start.",
+    meaning: "The scenarios of which matches can be created: a name, and its file, which is read at the start. With any the daemon has \
+              a lobby, and without one it plays one match after the other.",
 };
 
 /// Connections at the same time.
@@ -165,16 +166,7 @@ pub const DIRECTORY: Key = Key {
     name: "directory",
     kind: Kind::OptionalPath,
     default: "",
-    meaning: "Folder with the journals of the matches; without it there are none, and a match ends with the daemon.",
-};
-
-/// Seconds between two snapshots.
-pub const SNAPSHOT_SECONDS: Key = Key {
-    section: "journal",
-    name: "snapshot_seconds",
-    kind: Kind::Count { least: 1, most: 86_400 },
-    default: "60",
-    meaning: "Seconds between two snapshots of a match: what is played again at most when it is taken up.",
+    meaning: "Folder with the journals of the matches, which go on when the daemon starts again; without it a match ends with the daemon.",
 };
 
 /// Milliseconds within which a journal is on the disk.
@@ -205,7 +197,7 @@ pub const FORMAT: Key = Key {
 };
 
 /// All keys, in the order in which they are printed.
-pub const KEYS: [Key; 18] = [
+pub const KEYS: [Key; 17] = [
     ADDRESS,
     TLS_CERTIFICATE,
     TLS_KEY,
@@ -220,7 +212,6 @@ pub const KEYS: [Key; 18] = [
     MATCHES_PER_ADDRESS,
     BEGIN_SECONDS,
     DIRECTORY,
-    SNAPSHOT_SECONDS,
     SYNC_MILLISECONDS,
     FILTER,
     FORMAT,

@@ -10,8 +10,9 @@ fn without_any_source_the_defaults_hold() {
     let settings = resolve(None, &[], &[]).unwrap().settings().unwrap();
     assert_eq!(settings.listen.address.to_string(), "127.0.0.1:7171");
     assert_eq!((settings.listen.tls, settings.listen.admin, settings.listen.http), (None, None, None));
-    assert_eq!(settings.lobby.create, MayCreate::Nobody);
-    assert_eq!(settings.limits.connections, 8192);
+    assert_eq!(settings.lobby.create, MayCreate::Anyone);
+    assert_eq!(settings.limits, Limits::default());
+    assert_eq!(settings.journal.sync_interval, crate::SYNC_INTERVAL);
     assert_eq!(settings.journal.directory, None);
     assert_eq!(settings.log, Log { filter: "warn".to_owned(), format: LogFormat::Text });
 }
@@ -55,7 +56,7 @@ fn what_is_printed_reads_back_as_the_same() {
         ("listen.http", "[::1]:9"),
         ("listen.admin_socket", "/run/a \"quoted\" socket"),
         ("lobby.scenarios", "duel=d.toml,rush hour=r.toml"),
-        ("lobby.create", "anyone"),
+        ("lobby.create", "admin"),
         ("limits.connections", "7"),
     ];
     let flags = flags.map(|(key, value)| Flag::set(&format!("{key}={value}")).unwrap());
@@ -107,7 +108,7 @@ fn every_mistake_in_a_file_names_line_key_limit_and_remedy() {
         ),
         (
             "[lobby]\ncreate = \"all\"",
-            "server.toml, line 2: lobby.create = \"all\": it has to be one of \"nobody\", \"anyone\"",
+            "server.toml, line 2: lobby.create = \"all\": it has to be one of \"anyone\", \"admin\"",
         ),
         (
             "[lobby]\nscenarios = [\"duel\"]",

@@ -19,6 +19,7 @@ impl Simulation {
             Ok(beginning) => beginning,
             Err(reason) => {
                 tracing::info!(connection = connection.0, client = watch.client, %reason, "refused");
+                self.metrics.refused.count(&reason);
                 return link.refuse(reason);
             }
         };
@@ -42,7 +43,9 @@ impl Simulation {
                 Err(error) => self.remove_spectator(connection, refusal(error)),
             },
             Input::Violation(reason) => self.remove_spectator(connection, reason),
-            Input::Hello(_) | Input::Watch(_) => self.remove_spectator(connection, Refused::Handshake),
+            Input::Hello(_) | Input::Watch(_) | Input::List | Input::Create(_) | Input::Enter { .. } => {
+                self.remove_spectator(connection, Refused::Handshake);
+            }
             Input::Commands { .. } | Input::Done { .. } | Input::Pause { .. } => {
                 self.remove_spectator(connection, Refused::Spectator);
             }
@@ -73,6 +76,7 @@ impl Simulation {
     fn remove_spectator(&mut self, connection: ConnectionId, reason: Refused) {
         if let Some(link) = self.audience.leave(connection) {
             tracing::warn!(connection = connection.0, %reason, "a spectator is removed");
+            self.metrics.refused.count(&reason);
             link.refuse(reason);
         }
     }
