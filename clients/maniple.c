@@ -1,7 +1,7 @@
 /* A client of Maniple in one file, in C99 with POSIX sockets. It speaks JSON lines.
  *
  *     cc -O2 -ffp-contract=off -o maniple-c maniple.c -lm
- *     ./maniple-c HOST PORT [TOKEN] [--conformance]
+ *     ./maniple-c HOST PORT [TOKEN] [--match=NUMBER] [--conformance]
  *
  * As a program it plays one seat: it sends its units straight to their zone, and who is stopped steps aside. For a bot of
  * your own include it, write three functions, and play:
@@ -606,6 +606,7 @@ typedef struct {
 typedef struct {
     const char *host, *port, *token;
     int conformance;  /* tell the server each check */
+    const char *match;  /* its number, where the server has a lobby; else NULL */
 } Login;
 
 /* How a match ended. */
@@ -744,6 +745,12 @@ static Outcome play(const Bot *bot, const Login *login) {
                               "{\"hello\":{\"protocol\":%d,\"client\":\"maniple.c 1.0\",\"player\":\"%s\",\"token\":\"%s\"}}\n",
                               PROTOCOL, bot->name, login->token);
         if (length < 0 || (size_t)length >= sizeof hello) fail("name or token are too long");
+        if (login->match) {
+            char enter[128];
+            int size = snprintf(enter, sizeof enter, "{\"enter\":{\"match\":\"%s\",\"seat\":null}}\n", login->match);
+            if (size < 0 || (size_t)size >= sizeof enter) fail("the number of a match has 16 digits");
+            say(&link, enter, (size_t)size);
+        }
         say(&link, hello, (size_t)length);
         int has_ended = play_on(&link, &view, bot, login, &outcome);
         int was_welcome = view.rules != NULL;
@@ -841,17 +848,18 @@ static void straight_on_cycle(View *view, void *mine) {
 }
 
 int main(int count, char **words) {
-    const char *plain[3] = {NULL, NULL, ""};
+    const char *plain[3] = {NULL, NULL, ""}, *match = NULL;
     int plain_count = 0, conformance = 0, is_wrong = 0;
     for (int i = 1; i < count; i++) {
         if (strcmp(words[i], "--conformance") == 0) conformance = 1;
+        else if (strncmp(words[i], "--match=", 8) == 0) match = words[i] + 8;
         else if (strncmp(words[i], "--", 2) != 0 && plain_count < 3) plain[plain_count++] = words[i];
         else is_wrong = 1;
     }
-    if (is_wrong || plain_count < 2) fail("usage: maniple-c HOST PORT [TOKEN] [--conformance]");
+    if (is_wrong || plain_count < 2) fail("usage: maniple-c HOST PORT [TOKEN] [--match=NUMBER] [--conformance]");
     Straight straight = {0};
     Bot bot = {"straight.c", straight_on_start, straight_on_cycle, NULL, &straight};
-    Login login = {plain[0], plain[1], plain[2], conformance};
+    Login login = {plain[0], plain[1], plain[2], conformance, match};
     Outcome outcome = play(&bot, &login);
     printf("{\"seat\":%u,\"winners\":[%s],\"cycles\":%u,\"hash\":\"%s\",\"checks\":%u}\n", outcome.seat, outcome.winners,
            outcome.cycles, outcome.hash, outcome.checks);

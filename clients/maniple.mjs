@@ -335,6 +335,10 @@ const digest = kind((body) => {
   const wide = body.data[body.at] === 253;
   if (wide) body.take(1);
   return (wide ? body.data.readBigUInt64LE(body.take(8)) : uint.read(body)).toString(16).padStart(16, "0");
+}, (value) => {
+  const bytes = Buffer.alloc(9, 253);
+  bytes.writeBigUInt64LE(BigInt(`0x${value}`), 1);
+  return [bytes];
 });
 const bytes = kind(
   (body) => {
@@ -411,6 +415,10 @@ const fromClient = choice({
   hello: record({ protocol: uint, client: text, player: text, token: text }),
   commands: record({ seen_cycle: uint, list: list(record({ seq: uint, command })) }),
   done: record({ cycle: uint }), ping: record({ id: uint }), pause: record({ on: flag }),
+  watch: record({ protocol: uint, client: text, view: choice({ everything: null, seat: uint }) }),
+  list: record({ protocol: uint }),
+  create: record({ protocol: uint, scenario: text, clock: names("realtime", "lockstep"), open: flag }),
+  enter: record({ match: digest, seat: option(uint) }),
 });
 
 const layer = names("ground", "air");
@@ -448,7 +456,8 @@ const refused = choice({
   protocol: record({ supported: uint }), handshake: null, timeout: record({ seconds: uint }), name_too_long: limit,
   token: null, full: null, replaced: null, malformed: record({ place: text, problem: text }), too_large: limit,
   too_slow: null, shutdown: null, no_spectators: null, seats_only: null, no_such_seat: record({ seats: uint }),
-  spectators_full: limit, spectator: null, held_too_much: null,
+  spectators_full: limit, spectator: null, held_too_much: null, broken: null, no_match: null, no_scenario: null,
+  matches_full: limit, address_full: limit, draining: null, not_begun: record({ seconds: uint }), asks_too_much: limit,
 });
 const tally = record({
   units: uint, arrived: uint, arrival_sum: uint, gathered: uint, made: uint, units_destroyed: uint,
@@ -708,12 +717,13 @@ class Link {
  *
  * With `conformance` it tells the server the low half of each check, as `maniple conformance serve` wants to see.
  */
-export async function play(bot, { host, port, token = "", binary = false, conformance = false }) {
+export async function play(bot, { host, port, token = "", binary = false, conformance = false, match = null }) {
   let checks = 0;
   for (let connection = 0; connection <= RECONNECTS_MAX; connection++) {
     const link = new Link({ host, port, binary });
     let view = null;
     try {
+      if (match !== null) link.say({ enter: { match, seat: null } });
       link.say({ hello: { protocol: PROTOCOL, client: "maniple.mjs 1.0", player: bot.name, token } });
       for await (const [name, fields] of link.messages()) {
         if (name === "welcome") {
@@ -811,13 +821,16 @@ async function main() {
   const isFlag = (word) => word.startsWith("--");
   const [host, port, token = ""] = process.argv.slice(2).filter((word) => !isFlag(word));
   const flags = process.argv.slice(2).filter(isFlag);
-  if (port === undefined || flags.some((word) => !["--binary", "--conformance"].includes(word))) {
-    throw new Trouble("usage: node maniple.mjs HOST PORT [TOKEN] [--binary] [--conformance]");
+  const chosen = flags.find((word) => word.startsWith("--match="));
+  const isKnown = (word) => word === chosen || ["--binary", "--conformance"].includes(word);
+  if (port === undefined || !flags.every(isKnown)) {
+    throw new Trouble("usage: node maniple.mjs HOST PORT [TOKEN] [--match=NUMBER] [--binary] [--conformance]");
   }
+  const match = chosen === undefined ? null : chosen.slice("--match=".length);
   const binary = flags.includes("--binary");
   const conformance = flags.includes("--conformance");
   const { seat, winners, cycles, hash, checks } = await play(new Straight(), {
-    host, port: Number(port), token, binary, conformance,
+    host, port: Number(port), token, binary, conformance, match,
   });
   console.log(JSON.stringify({ seat, winners, cycles, hash, checks }));
 }

@@ -325,7 +325,10 @@ COMMAND = enum(
 FROM_CLIENT = enum(
     hello=record(protocol=UINT, client=TEXT, player=TEXT, token=TEXT),
     commands=record(seen_cycle=UINT, list=list_of(record(seq=UINT, command=COMMAND))),
-    done=record(cycle=UINT), ping=record(id=UINT), pause=record(on=FLAG))
+    done=record(cycle=UINT), ping=record(id=UINT), pause=record(on=FLAG),
+    watch=record(protocol=UINT, client=TEXT, view=enum(everything=None, seat=UINT)), list=record(protocol=UINT),
+    create=record(protocol=UINT, scenario=TEXT, clock=enum("realtime", "lockstep"), open=FLAG),
+    enter=record(match=DIGEST, seat=option(UINT)))
 
 LAYER = enum("ground", "air")
 WEAPON = record(
@@ -354,7 +357,9 @@ REFUSED = enum(
     protocol=record(supported=UINT), handshake=None, timeout=record(seconds=UINT), name_too_long=record(limit=UINT),
     token=None, full=None, replaced=None, malformed=record(place=TEXT, problem=TEXT), too_large=record(limit=UINT),
     too_slow=None, shutdown=None, no_spectators=None, seats_only=None, no_such_seat=record(seats=UINT),
-    spectators_full=record(limit=UINT), spectator=None, held_too_much=None)
+    spectators_full=record(limit=UINT), spectator=None, held_too_much=None, broken=None, no_match=None, no_scenario=None,
+    matches_full=record(limit=UINT), address_full=record(limit=UINT), draining=None, not_begun=record(seconds=UINT),
+    asks_too_much=record(limit=UINT))
 TALLY = record(
     units=UINT, arrived=UINT, arrival_sum=UINT, gathered=UINT, made=UINT, units_destroyed=UINT,
     buildings_destroyed=UINT, units_lost=UINT, buildings_lost=UINT, last_building=UINT)
@@ -563,7 +568,7 @@ class Link:
         return data
 
 
-def play(bot, host, port, token="", binary=False, conformance=False):
+def play(bot, host, port, token="", binary=False, conformance=False, match=None):
     """Plays a match to its end; returns its result, and under `checks` how many times the two views agreed.
 
     With `conformance` it tells the server the low half of each check, as `maniple conformance serve` wants to see.
@@ -571,6 +576,8 @@ def play(bot, host, port, token="", binary=False, conformance=False):
     checks = 0
     for _ in range(1 + RECONNECTS_MAX):
         link = Link(host, port, binary)
+        if match:
+            link.say({"enter": {"match": match, "seat": None}})
         link.say({"hello": {"protocol": PROTOCOL, "client": "maniple.py 1.0", "player": bot.name, "token": token}})
         view = None
         try:
@@ -673,11 +680,13 @@ def main():
     parser.add_argument("host")
     parser.add_argument("port", type=int)
     parser.add_argument("token", nargs="?", default="", help="of the seat, as `maniple serve` prints it")
+    parser.add_argument("--match", help="the number of the match, where the server has a lobby")
     parser.add_argument("--binary", action="store_true", help="speak binary frames, not JSON lines")
     parser.add_argument("--conformance", action="store_true", help="tell the server each check")
     options = parser.parse_args()
     try:
-        result = play(Straight(), options.host, options.port, options.token, options.binary, options.conformance)
+        result = play(
+            Straight(), options.host, options.port, options.token, options.binary, options.conformance, options.match)
     except Trouble as trouble:
         sys.exit(f"maniple.py: {trouble}")
     shown = ("seat", "winners", "cycles", "hash", "checks")

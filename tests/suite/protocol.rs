@@ -9,13 +9,13 @@ use glam::DVec2;
 use maniple_game::scenario::DELAY_CYCLES_MAX;
 use maniple_geometry::Cycle;
 use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, NAME_MAX,
-    Outbound, PROTOCOL, PackedDelta, REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader,
-    ReplayWriter, Rest, ServerMessage, TOKEN_DIGITS, Watch, Welcome, decode_client, decode_server,
-    encode_client, encode_server, read_replay,
+    ClientMessage, Create, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, Listed,
+    ListedSeat, ListedSpectators, NAME_MAX, Outbound, PROTOCOL, PackedDelta, REPLAY_RECORD_MAX,
+    REPLAY_VERSION, Record, Refused, ReplayHeader, ReplayWriter, Rest, ServerMessage, TOKEN_DIGITS, Watch,
+    Welcome, decode_client, decode_server, encode_client, encode_server, read_replay,
 };
 use maniple_referee::{HELD_ENTRIES_MAX, PAUSES_MAX};
-use maniple_server::SPECTATORS_MAX;
+use maniple_server::{ASKS_MAX, SPECTATORS_MAX};
 use maniple_view::{
     Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
     Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Identity, Layer, Making,
@@ -151,6 +151,7 @@ fn the_document_states_the_limits_as_they_are() {
         ("hex digits of a token", TOKEN_DIGITS),
         ("commands of a seat in a cycle", COMMANDS_A_CYCLE_MAX),
         ("waypoints behind a motion", WAYPOINTS_MAX),
+        ("requests to the lobby of a connection", usize::try_from(ASKS_MAX).unwrap()),
         ("pauses that a seat asks for in a match", usize::try_from(PAUSES_MAX).unwrap()),
         ("spectators of a match", SPECTATORS_MAX),
         ("cycles by which spectators are behind", usize::try_from(DELAY_CYCLES_MAX).unwrap()),
@@ -170,6 +171,8 @@ fn client_messages() -> Vec<(&'static str, ClientMessage)> {
         player: "Ada".to_owned(),
         token: "00112233445566778899aabbccddeeff".to_owned(),
     };
+    let create =
+        Create { protocol: PROTOCOL, scenario: "duel".to_owned(), clock: ClockMode::Lockstep, open: true };
     vec![
         ("hello", ClientMessage::Hello(hello)),
         ("commands", ClientMessage::Commands { seen_cycle: Cycle(300), list: commands() }),
@@ -178,6 +181,10 @@ fn client_messages() -> Vec<(&'static str, ClientMessage)> {
         ("pause", ClientMessage::Pause { on: true }),
         ("watch_everything", ClientMessage::Watch(watch(Vantage::Everything))),
         ("watch_seat", ClientMessage::Watch(watch(Vantage::Seat(Seat(300))))),
+        ("list", ClientMessage::List { protocol: PROTOCOL }),
+        ("create", ClientMessage::Create(create)),
+        ("enter", ClientMessage::Enter { match_id: Digest(1 << 60), seat: None }),
+        ("enter_seat", ClientMessage::Enter { match_id: Digest(7), seat: Some(Seat(300)) }),
     ]
 }
 
@@ -245,7 +252,34 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("refused_spectators_full", refused(Refused::SpectatorsFull { limit: 64 })),
         ("refused_spectator", refused(Refused::Spectator)),
         ("refused_held_too_much", refused(Refused::HeldTooMuch)),
+        ("refused_broken", refused(Refused::Broken)),
+        ("refused_no_match", refused(Refused::NoMatch)),
+        ("refused_no_scenario", refused(Refused::NoScenario)),
+        ("refused_matches_full", refused(Refused::MatchesFull { limit: 1024 })),
+        ("refused_address_full", refused(Refused::AddressFull { limit: 8 })),
+        ("refused_draining", refused(Refused::Draining)),
+        ("refused_not_begun", refused(Refused::NotBegun { seconds: 600 })),
+        ("refused_asks_too_much", refused(Refused::AsksTooMuch { limit: 16 })),
+        ("matches", matches()),
+        ("created", ServerMessage::Created { match_id: Digest(7), tokens: vec!["0".repeat(32)] }),
     ]
+}
+
+fn matches() -> ServerMessage {
+    let listed = |spectators| Listed {
+        match_id: Digest(0x0123_4567_89ab_cdef),
+        scenario: "duel".to_owned(),
+        clock: ClockMode::Lockstep,
+        rate: 8.0,
+        has_begun: true,
+        seats: vec![ListedSeat { open: true, taken: false }, ListedSeat { open: false, taken: true }],
+        spectators,
+    };
+    let spectators = Some(ListedSpectators { everything: true, delay: 300 });
+    ServerMessage::Matches {
+        scenarios: vec!["duel".to_owned()],
+        list: vec![listed(None), listed(spectators)],
+    }
 }
 
 fn welcome() -> Welcome {
