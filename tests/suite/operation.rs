@@ -8,9 +8,12 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
+use maniple_client::{Client, ClientError, Destination, Lobby, Login};
+use maniple_protocol::Refused;
+use maniple_view::{ClockMode, Seat};
 use serde_json::{Value, json};
 
-use crate::commands::{ROOT, fails, file, folder, json, maniple};
+use crate::commands::{ROOT, fails, file, folder, maniple};
 
 /// Time for what comes at once; a daemon that does not say it is broken.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -110,7 +113,7 @@ fn the_administration_acts_on_a_running_daemon() {
     until(|| admin(&["list"]).unwrap()["matches"][0]["players"] == 1);
     assert_eq!(admin(&["kick", &id, "0"]).unwrap(), json!("done"));
     let output = first.wait_with_output().unwrap();
-    assert!(String::from_utf8_lossy(&output.stderr).contains("put out"), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stderr).contains("whoever runs the server has closed this connection"), "{output:?}");
     // A banned address is put out and does not come back, until it may.
     let second = bot();
     until(|| admin(&["list"]).unwrap()["matches"][0]["players"] == 1);
@@ -185,6 +188,41 @@ fn a_socket_of_the_service_manager_is_the_port() {
     let output = activated(socket.into(), 2, &["--once"]).output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert!(error.contains("hands over 2 sockets, but there is use for one"), "{error}");
+}
+
+#[test]
+fn where_the_administration_alone_creates_matches_clients_do_not() {
+    let folder = folder("admin_creates");
+    let duel = format!("{ROOT}/config/scenarios/duel.toml");
+    let scenarios = format!("lobby.scenarios=duel={duel}");
+    let mut command = maniple(&["serve", "--listen", "127.0.0.1:0", "--json", "--set", "listen.admin_socket=a.sock"]);
+    command.args(["--set", &scenarios, "--set", "lobby.create=admin"]).current_dir(&folder);
+    let daemon = Daemon::start(command);
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+    runtime.block_on(async {
+        let mut lobby = Lobby::connect(&daemon.address()).await.unwrap();
+        assert_eq!(lobby.list().await.unwrap().scenarios, [""; 0]);
+        let refused = lobby.create("duel", ClockMode::Lockstep, false).await.unwrap_err();
+        assert!(matches!(refused, ClientError::Refused(Refused::NoScenario)), "{refused}");
+    });
+    let admin = |arguments: &[&str]| {
+        let mut command = maniple(&["admin", "--socket", "a.sock", "--json"]);
+        command.args(arguments).current_dir(&folder).env_remove("MANIPLE_ADMIN_TOKEN").output().unwrap()
+    };
+    let created = admin(&["create", "duel", "--clock", "lockstep"]);
+    let created: Value = serde_json::from_slice(&created.stdout).unwrap();
+    let id = created["created"]["match"].as_str().unwrap().parse().unwrap();
+    let login = |seat: usize| Login {
+        token: created["created"]["tokens"][seat].as_str().unwrap().to_owned(),
+        ..Login::default()
+    };
+    runtime.block_on(async {
+        let destination = || Destination::of_match(daemon.address(), id);
+        let (one, other) = (Client::connect(destination(), login(0)).await, Client::connect(destination(), login(1)).await);
+        assert_eq!((one.unwrap().seat(), other.unwrap().seat()), (Seat(0), Seat(1)));
+    });
+    let error = String::from_utf8(admin(&["create", "rush"]).stderr).unwrap();
+    assert!(error.contains("choose one of those that `list` names"), "{error}");
 }
 
 /// A daemon that is killed when it is dropped.

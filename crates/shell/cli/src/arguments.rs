@@ -14,6 +14,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use maniple_game::Overrides;
+use maniple_view::ClockMode;
 
 use crate::output::JsonFlag;
 pub(crate) use admin::Admin;
@@ -204,6 +205,16 @@ pub(crate) enum Clock {
     Realtime,
     /// The next cycle starts when every seat has said `done`
     Lockstep,
+}
+
+impl Clock {
+    /// Returns it as the referee knows it.
+    pub(crate) fn mode(self) -> ClockMode {
+        match self {
+            Self::Realtime => ClockMode::Realtime,
+            Self::Lockstep => ClockMode::Lockstep,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -46,6 +47,7 @@ pub struct Lobby {
     limits: Mutex<Limits>,
     metrics: Arc<Metrics>,
     offers: BTreeMap<String, Offer>,
+    is_closed_to_clients: AtomicBool,
     creators: Addresses,
     /// `None` where nothing is kept of a match that is broken off.
     journals: Option<Journals>,
@@ -101,7 +103,9 @@ impl Lobby {
     ) -> Self {
         let (creators, board) = (Addresses::default(), Mutex::default());
         let (limits, metrics) = (Mutex::new(limits), Arc::default());
-        Self { pool, limits, metrics, offers, creators, journals, board, changed: Notify::new() }
+        let is_closed_to_clients = AtomicBool::new(false);
+        let changed = Notify::new();
+        Self { pool, limits, metrics, offers, is_closed_to_clients, creators, journals, board, changed }
     }
 
     /// Returns the matches that a daemon has left in the folder of journals, and why others are not taken up.
@@ -255,6 +259,11 @@ impl Lobby {
         Some(())
     }
 
+    /// Returns the longest time for which a match has waited for its turn, or has had one.
+    pub(crate) fn longest_wait(&self) -> Duration {
+        self.pool.longest_wait()
+    }
+
     /// Returns the matches as operators see them.
     pub(crate) fn statuses(&self) -> Vec<MatchStatus> {
         self.board().open.iter().map(|(&id, open)| open.status(Digest(id))).collect()
@@ -287,7 +296,7 @@ impl Lobby {
     pub(crate) fn list(&self) -> ServerMessage {
         let listed = |(&id, open): (&u64, &Open)| open.listed(Digest(id));
         let list = self.board().open.iter().map(listed).collect();
-        ServerMessage::Matches { scenarios: self.offers.keys().cloned().collect(), list }
+        ServerMessage::Matches { scenarios: self.offers_to_clients().keys().cloned().collect(), list }
     }
 
     /// Creates a match for a client, and returns the answer to `create`.
@@ -299,11 +308,30 @@ impl Lobby {
         wanted: Create,
         address: IpAddr,
     ) -> Result<ServerMessage, Refused> {
-        let offer = self.offers.get(&wanted.scenario).cloned().ok_or(Refused::NoScenario)?;
+        if !self.offers_to_clients().contains_key(&wanted.scenario) {
+            return Err(Refused::NoScenario);
+        }
         self.check_room()?;
         let limit = self.limits().matches_per_address;
         let full = || Refused::AddressFull { limit: u32::try_from(limit).unwrap_or(u32::MAX) };
         let place = self.creators.take(address, limit).ok_or_else(full)?;
+        let (match_id, tokens) = self.create_for(wanted, Some(place)).await?;
+        tracing::info!(id = %match_id, %address, "a match is created");
+        Ok(ServerMessage::Created { match_id, tokens })
+    }
+
+    /// Creates a match, and returns its number and by seat the token that opens it; none where all are open. `place` is that of the
+    /// client whom it is for.
+    ///
+    /// # Errors
+    /// The reason that a client is told.
+    pub(crate) async fn create_for(
+        self: &Arc<Self>,
+        wanted: Create,
+        place: Option<Place>,
+    ) -> Result<(Digest, Vec<String>), Refused> {
+        let offer = self.offers.get(&wanted.scenario).cloned().ok_or(Refused::NoScenario)?;
+        self.check_room()?;
         // Walls and visibility of a large map take a while, in which others want to be served.
         let lobby = Arc::clone(self);
         let made = spawn_blocking(move || {
@@ -311,20 +339,29 @@ impl Lobby {
             lobby.check_room()?;
             let access = game.access().to_vec();
             let opened = lobby
-                .open(game, Some(place), Some(lobby.limits().begin_within))
+                .open(game, place, Some(lobby.limits().begin_within))
                 .map_err(|error| unmade(&wanted.scenario, &error))?;
             Ok((opened, access))
         });
         let (opened, access) = made.await.map_err(|_| Refused::Broken)??;
-        tracing::info!(id = %opened.id, %address, "a match is created");
         let token = |access: &Access| match access {
             Access::Open => None,
             Access::Token(token) => Some(token.to_string()),
         };
-        let created =
-            ServerMessage::Created { match_id: opened.id, tokens: access.iter().filter_map(token).collect() };
+        let id = opened.id;
         self.let_go_on(opened);
-        Ok(created)
+        Ok((id, access.iter().filter_map(token).collect()))
+    }
+
+    /// Lets clients create no matches: only whoever runs the server does.
+    pub(crate) fn close_to_clients(&self) {
+        self.is_closed_to_clients.store(true, Ordering::Relaxed);
+    }
+
+    /// Returns the scenarios of which clients may create matches.
+    fn offers_to_clients(&self) -> &BTreeMap<String, Offer> {
+        static NONE: BTreeMap<String, Offer> = BTreeMap::new();
+        if self.is_closed_to_clients.load(Ordering::Relaxed) { &NONE } else { &self.offers }
     }
 
     /// Waits for the end of a match that nobody else waits for.

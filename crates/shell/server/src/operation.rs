@@ -11,7 +11,10 @@ pub mod http;
 pub mod systemd;
 
 use std::net::IpAddr;
+use std::pin::Pin;
+use std::time::Duration;
 
+use maniple_protocol::Refused;
 use maniple_view::{ClockMode, Digest, Seat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -25,6 +28,12 @@ pub trait Operated: Send + Sync + 'static {
 
     /// Returns the matches that are open or run, in the order in which they were created.
     fn matches(&self) -> Vec<MatchStatus>;
+
+    /// Creates a match of one of the scenarios.
+    ///
+    /// # Errors
+    /// No such scenario, or no room.
+    fn create(&self, wanted: Wanted) -> Creating<'_>;
 
     /// Halts the clock of a match, or lets it go on.
     ///
@@ -58,6 +67,40 @@ pub trait Operated: Send + Sync + 'static {
     fn change_limits(&self, limits: Limits);
 }
 
+/// The future of [`Operated::create`].
+pub type Creating<'a> = Pin<Box<dyn Future<Output = Result<CreatedMatch, OperationError>> + Send + 'a>>;
+
+/// A match that is wanted.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Wanted {
+    /// The name of its scenario.
+    pub scenario: String,
+    /// How time passes in it.
+    pub clock: ClockMode,
+    /// Who may take its seats.
+    pub seats: Seats,
+}
+
+/// Who may take the seats of a match.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Seats {
+    /// Whoever has the token of a seat.
+    Tokens,
+    /// Whoever comes.
+    Open,
+}
+
+/// A match that was created.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct CreatedMatch {
+    /// Its number.
+    #[serde(rename = "match")]
+    pub id: Digest,
+    /// By seat the token that opens it; none where all are open.
+    pub tokens: Vec<String>,
+}
+
 /// How a daemon is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -68,18 +111,19 @@ pub enum Health {
     Starting,
     /// It takes no new matches; those that run go on.
     Draining,
-    /// It cannot keep what is to be kept: a journal cannot be written.
-    Failing,
-    /// Its threads have not moved for too long.
+    /// A match has waited for its turn for [`STUCK_AFTER`], or has one that lasts as long.
     Stuck,
 }
+
+/// Time after which a daemon is stuck: hundreds of cycles of the usual length, far more than the largest map takes.
+pub const STUCK_AFTER: Duration = Duration::from_secs(30);
 
 impl Health {
     /// Returns whether it does its work: if not, it is best started again.
     #[must_use]
     pub fn is_alive(self) -> bool {
         match self {
-            Self::Ready | Self::Starting | Self::Draining | Self::Failing => true,
+            Self::Ready | Self::Starting | Self::Draining => true,
             Self::Stuck => false,
         }
     }
@@ -89,7 +133,7 @@ impl Health {
     pub fn is_ready(self) -> bool {
         match self {
             Self::Ready => true,
-            Self::Starting | Self::Draining | Self::Failing | Self::Stuck => false,
+            Self::Starting | Self::Draining | Self::Stuck => false,
         }
     }
 }
@@ -149,9 +193,15 @@ pub enum Entry {
 }
 
 /// Why something cannot be done.
-#[derive(Clone, Copy, Debug, Error, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum OperationError {
+    /// A match cannot be created.
+    #[error("{reason}")]
+    NotCreated {
+        /// Why not.
+        reason: Refused,
+    },
     /// There is no such match.
     #[error("there is no match {id}; `list` has those that there are")]
     NoSuchMatch {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
@@ -52,6 +52,7 @@ pub struct House {
     pub(crate) bans: Bans,
     /// `None`: nothing is encrypted.
     tls: Option<Tls>,
+    pub(crate) is_ready: Arc<AtomicBool>,
     numbers: Arc<AtomicU64>,
 }
 
@@ -73,6 +74,7 @@ impl House {
             addresses: Addresses::default(),
             bans: Bans::default(),
             tls: None,
+            is_ready: Arc::default(),
             numbers: Arc::default(),
         })
     }
@@ -81,6 +83,13 @@ impl House {
     #[must_use]
     pub fn encrypted(self, tls: Tls) -> Self {
         Self { tls: Some(tls), ..self }
+    }
+
+    /// Returns the same in which clients create no matches: only its operators do.
+    #[must_use]
+    pub fn closed_to_clients(self) -> Self {
+        self.lobby.close_to_clients();
+        self
     }
 
     /// Returns what it counts.

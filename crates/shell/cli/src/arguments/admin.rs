@@ -5,9 +5,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use maniple_server::operation::administration::Verb;
-use maniple_server::operation::{Clock, Entry};
+use maniple_server::operation::{self, Entry, Seats};
 use maniple_view::{Digest, Seat};
 
+use crate::arguments::Clock;
 use crate::output::JsonFlag;
 
 #[derive(Debug, Args)]
@@ -31,6 +32,17 @@ pub(crate) struct Admin {
 pub(crate) enum AdminVerb {
     /// List the matches that are open or run
     List,
+    /// Create a match of a scenario of lobby.scenarios, and print the tokens of its seats
+    Create {
+        /// The name of the scenario
+        scenario: String,
+        /// How time passes
+        #[arg(long, value_enum, default_value = "realtime")]
+        clock: Clock,
+        /// Let whoever comes take the seats, without tokens
+        #[arg(long)]
+        open: bool,
+    },
     /// Halt the clock of a match
     Pause {
         /// The match
@@ -73,9 +85,15 @@ impl AdminVerb {
     pub(crate) fn verb(&self) -> Verb {
         match *self {
             Self::List => Verb::List,
-            Self::Pause { id, off } => {
-                Verb::Pause { r#match: id, clock: if off { Clock::GoOn } else { Clock::Halt } }
-            }
+            Self::Create { ref scenario, clock, open } => Verb::Create {
+                scenario: scenario.clone(),
+                clock: clock.mode(),
+                seats: if open { Seats::Open } else { Seats::Tokens },
+            },
+            Self::Pause { id, off } => Verb::Pause {
+                r#match: id,
+                clock: if off { operation::Clock::GoOn } else { operation::Clock::Halt },
+            },
             Self::End { id } => Verb::End { r#match: id },
             Self::Kick { id, seat } => Verb::Kick { r#match: id, seat: Seat(seat) },
             Self::Ban { address, off } => {

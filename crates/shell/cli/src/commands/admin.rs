@@ -49,6 +49,11 @@ fn text(told: &Value) -> String {
             );
         }
         let _ = writeln!(text, "{} matches", matches.len());
+    } else if let Some(tokens) = told["created"]["tokens"].as_array() {
+        let _ = writeln!(text, "match {}", told["created"]["match"].as_str().unwrap_or_default());
+        for (seat, token) in tokens.iter().enumerate() {
+            let _ = writeln!(text, "seat {seat} token {}", token.as_str().unwrap_or_default());
+        }
     } else if let Some(limits) = told["limits"].as_object() {
         for (name, limit) in limits {
             let _ = writeln!(text, "limits.{name} = {limit}");

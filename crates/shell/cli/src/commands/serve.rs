@@ -12,13 +12,13 @@ use std::thread::available_parallelism;
 use anyhow::Context;
 use maniple_game::scenario::{Spectators, Views};
 use maniple_game::{Loaded, Overrides};
-use maniple_server::settings::{Configuration, Settings};
+use maniple_server::settings::{Configuration, MayCreate, Settings};
 use maniple_server::tls;
 use maniple_server::{Access, House, Journals, Match, Offer, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
 
-use crate::arguments::{Clock, Serve};
+use crate::arguments::Serve;
 use crate::commands::serve::operate::Operators;
 use crate::configuration::failure;
 use crate::failure::Failure;
@@ -149,11 +149,12 @@ async fn serve(
 ) -> Result<(), Failure> {
     let interrupt = Interrupt::listen().await;
     let server = open(arguments, settings, inherited)?;
+    // To read journals takes a while, in which operators want to know that it goes on.
+    let operators = Operators::admit(arguments, settings, &server, interrupt.clone()).await?;
     let resumed = server.house().lobby().resume().map_err(Failure::failed)?;
     for error in &resumed.errors {
         note(&format!("a match is not taken up: {error}"));
     }
-    let operators = Operators::admit(arguments, settings, &server, interrupt.clone()).await?;
     let outcome = attend(arguments, settings, &operators, &server, (resumed.matches, interrupt)).await;
     operators.dismiss().await;
     outcome
@@ -211,6 +212,10 @@ fn open(arguments: &Serve, settings: &Settings, inherited: Option<TcpListener>) 
     let house = match &settings.listen.tls {
         Some(files) => house.encrypted(tls::acceptor(files).map_err(Failure::bad_input)?),
         None => house,
+    };
+    let house = match settings.lobby.create {
+        MayCreate::Anyone => house,
+        MayCreate::Admin => house.closed_to_clients(),
     };
     if let Some(listener) = inherited {
         return Server::over(listener, house).map_err(Failure::failed);
@@ -277,15 +282,11 @@ async fn play(
 
 /// Loads the next match, with the tokens of the match before if there was one.
 fn prepare(arguments: &Serve, seed: Option<u64>, access: Option<Vec<Access>>) -> Result<Match, Failure> {
-    let clock = match arguments.clock {
-        Clock::Realtime => ClockMode::Realtime,
-        Clock::Lockstep => ClockMode::Lockstep,
-    };
     let asked =
         Overrides { map: start::map_path(arguments.map.as_deref()), seed, ..arguments.profile.overrides()? };
     let loaded = start::loaded(arguments.scenario.as_deref(), &asked)?;
     note(&models::line(&loaded));
-    let referee = start::referee(loaded, clock)?;
+    let referee = start::referee(loaded, arguments.clock.mode())?;
     let game = match access {
         Some(access) => Match::new(referee, access),
         None => Match::with_random_tokens(referee),

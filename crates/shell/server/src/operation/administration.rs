@@ -9,11 +9,11 @@ use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::sync::Arc;
 
-use maniple_view::{Digest, Seat};
+use maniple_view::{ClockMode, Digest, Seat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{Clock, Entry, MatchStatus, Operated, OperationError};
+use super::{Clock, CreatedMatch, Entry, MatchStatus, Operated, OperationError, Seats, Wanted};
 use crate::metrics::Metrics;
 use crate::settings::Limits;
 use crate::token::Token;
@@ -29,6 +29,15 @@ pub use socket::{
 pub enum Verb {
     /// The matches that are open or run.
     List,
+    /// Create a match.
+    Create {
+        /// The name of its scenario.
+        scenario: String,
+        /// How time passes in it.
+        clock: ClockMode,
+        /// Who may take its seats.
+        seats: Seats,
+    },
     /// Halt the clock of a match, or let it go on.
     Pause {
         /// The match.
@@ -98,12 +107,14 @@ pub enum Told {
     Done,
     /// The matches.
     Matches(Vec<MatchStatus>),
+    /// The match that was created.
+    Created(CreatedMatch),
     /// The limits that are in force now, with the names of their keys.
     Limits(BTreeMap<&'static str, u64>),
 }
 
 /// Why a request is refused.
-#[derive(Clone, Debug, Error, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AdminError {
     /// The line is no request.
@@ -157,15 +168,15 @@ impl Administration {
     }
 
     /// Does what a line asks for, and returns the answer.
-    pub(crate) fn answer(&self, line: &[u8]) -> Answer {
+    pub(crate) async fn answer(&self, line: &[u8]) -> Answer {
         self.metrics.admin_requests.increment();
-        match self.request(line) {
+        match self.request(line).await {
             Ok(ok) => Answer::Done { ok },
             Err(error) => refusal(error),
         }
     }
 
-    fn request(&self, line: &[u8]) -> Result<Told, AdminError> {
+    async fn request(&self, line: &[u8]) -> Result<Told, AdminError> {
         let request: AdminRequest = serde_json::from_slice(line)
             .map_err(|error| AdminError::Malformed { problem: error.to_string() })?;
         let is_it = request.token.parse::<Token>().is_ok_and(|token| token.is_same(self.token));
@@ -173,7 +184,7 @@ impl Administration {
             tracing::warn!("a request to the administration had another token");
             return Err(AdminError::Token);
         }
-        let told = self.act(&request.verb);
+        let told = self.act(&request.verb).await;
         match &told {
             Ok(_) => tracing::info!(verb = ?request.verb, "the administration has acted"),
             Err(error) => tracing::info!(verb = ?request.verb, %error, "the administration could not act"),
@@ -181,8 +192,12 @@ impl Administration {
         told
     }
 
-    fn act(&self, verb: &Verb) -> Result<Told, AdminError> {
+    async fn act(&self, verb: &Verb) -> Result<Told, AdminError> {
         match *verb {
+            Verb::Create { ref scenario, clock, seats } => {
+                let wanted = Wanted { scenario: scenario.clone(), clock, seats };
+                return Ok(Told::Created(self.daemon.create(wanted).await?));
+            }
             Verb::List => return Ok(Told::Matches(self.daemon.matches())),
             Verb::Pause { r#match, clock } => self.daemon.pause(r#match, clock)?,
             Verb::End { r#match } => self.daemon.end(r#match)?,

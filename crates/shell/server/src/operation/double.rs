@@ -48,6 +48,16 @@ impl Operated for Double {
         }]
     }
 
+    fn create(&self, wanted: Wanted) -> Creating<'_> {
+        Box::pin(async move {
+            if wanted.scenario != "duel" {
+                return Err(OperationError::NotCreated { reason: Refused::NoScenario });
+            }
+            self.note(format!("create {:?} {:?}", wanted.clock, wanted.seats));
+            Ok(CreatedMatch { id: MATCH, tokens: vec!["one".to_owned(), "other".to_owned()] })
+        })
+    }
+
     fn pause(&self, id: Digest, clock: Clock) -> Result<(), OperationError> {
         Self::find(id)?;
         self.note(format!("pause {id} {clock:?}"));

@@ -4,11 +4,11 @@ use std::net::TcpListener;
 use std::sync::Arc;
 
 use anyhow::Context;
-use maniple_server::Server;
 use maniple_server::operation::administration::{AdminServer, Administration, Reload, admin_token};
 use maniple_server::operation::http::HttpServer;
 use maniple_server::operation::{Operated, systemd};
 use maniple_server::settings::Settings;
+use maniple_server::{House, Server};
 use tokio::task::JoinSet;
 
 use crate::arguments::{ConfigurationArguments, Serve};
@@ -23,6 +23,7 @@ pub(super) fn inherited() -> Result<Option<TcpListener>, Failure> {
 
 /// Who operates the daemon, until they are dismissed.
 pub(super) struct Operators {
+    house: House,
     http: Option<String>,
     tasks: JoinSet<()>,
 }
@@ -37,7 +38,8 @@ impl Operators {
     ) -> Result<Self, Failure> {
         let daemon: Arc<dyn Operated> = Arc::new(server.house().clone());
         let metrics = server.house().metrics();
-        let mut operators = Self { http: None, tasks: JoinSet::new() };
+        let house = server.house().clone();
+        let mut operators = Self { house, http: None, tasks: JoinSet::new() };
         if let Some(address) = settings.listen.http {
             let http = HttpServer::bind(address).await;
             let http = http.with_context(|| format!("listen.http: cannot listen on {address}"));
@@ -65,8 +67,9 @@ impl Operators {
         self.http.clone()
     }
 
-    /// Tells the service manager that clients can connect.
+    /// Tells all who operate the daemon that clients can connect.
     pub(super) fn tell_ready(&self, address: &str) {
+        self.house.note_ready();
         systemd::tell_ready(&format!("listening on {address}"));
     }
 

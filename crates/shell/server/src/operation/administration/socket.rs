@@ -181,7 +181,7 @@ async fn serve(stream: UnixStream, administration: &Administration) -> io::Resul
         let answer = if is_too_long {
             refusal(AdminError::TooLong { limit: ADMIN_LINE_MAX })
         } else {
-            administration.answer(&line)
+            administration.answer(&line).await
         };
         let mut text = serde_json::to_vec(&answer).map_err(io::Error::other)?;
         text.push(b'\n');

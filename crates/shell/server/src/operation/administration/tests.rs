@@ -27,6 +27,11 @@ fn every_verb_is_done_with_the_token() {
     for (verb, told, done) in [
         (json!("list"), None, None),
         (
+            json!({"create": {"scenario": "duel", "clock": "lockstep", "seats": "tokens"}}),
+            Some(json!({"created": {"match": ID, "tokens": ["one", "other"]}})),
+            Some("create Lockstep Tokens".to_owned()),
+        ),
+        (
             json!({"pause": {"match": ID, "clock": "halt"}}),
             Some(json!("done")),
             Some(format!("pause {ID} Halt")),
@@ -98,6 +103,11 @@ fn what_cannot_be_done_says_why_and_what_to_do() {
             "there is no match 00000000000000ff; `list` has those that there are",
         ),
         (
+            json!({"create": {"scenario": "rush", "clock": "realtime", "seats": "open"}}),
+            json!({"operation": {"reason": {"not_created": {"reason": "no_scenario"}}}}),
+            "clients of this server create no match of this scenario; choose one of those that `list` names",
+        ),
+        (
             json!({"kick": {"match": ID, "seat": 1}}),
             json!({"operation": {"reason": {"nobody_there": {"seat": 1}}}}),
             "nobody is at seat 1",
@@ -128,7 +138,7 @@ fn what_is_no_request_is_refused() {
             "{{\"token\": \"{token}\", \"do\": {{\"ban\": {{\"address\": \"here\", \"entry\": \"denied\"}}}}}}"
         ),
     ] {
-        let Answer::Refused { error, message } = administration.answer(line.as_bytes()) else {
+        let Answer::Refused { error, message } = answer(&administration, line.as_bytes()) else {
             panic!("{line} was done");
         };
         assert!(matches!(error, AdminError::Malformed { .. }), "{line}");
@@ -238,7 +248,12 @@ fn administration() -> (Arc<Double>, Administration, Token) {
 }
 
 fn ask(administration: &Administration, request: &Value) -> Value {
-    serde_json::to_value(administration.answer(request.to_string().as_bytes())).unwrap()
+    serde_json::to_value(answer(administration, request.to_string().as_bytes())).unwrap()
+}
+
+fn answer(administration: &Administration, line: &[u8]) -> Answer {
+    let runtime = tokio::runtime::Builder::new_current_thread().build().unwrap();
+    runtime.block_on(administration.answer(line))
 }
 
 async fn line(stream: &mut BufReader<UnixStream>) -> Value {

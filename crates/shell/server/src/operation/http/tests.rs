@@ -11,7 +11,6 @@ async fn health_and_readiness_are_told_by_status_and_word() {
         (Health::Ready, 200, 200, "ready"),
         (Health::Starting, 200, 503, "starting"),
         (Health::Draining, 200, 503, "draining"),
-        (Health::Failing, 200, 503, "failing"),
         (Health::Stuck, 503, 503, "stuck"),
     ] {
         let address = open(health).await;
