@@ -63,9 +63,12 @@ async fn who_is_slow_is_cut_off_and_holds_nobody_up() {
     let begun = Instant::now();
     let said = ask(address, &get("/healthz")).await;
     assert!(said.starts_with("HTTP/1.1 200 "), "{said}");
-    assert!(begun.elapsed() >= HTTP_TIMEOUT, "all places were taken");
+    assert!(
+        (HTTP_TIMEOUT..2 * HTTP_TIMEOUT).contains(&begun.elapsed()),
+        "all places were taken, and not for long"
+    );
     for mut stream in slow {
-        assert!(matches!(stream.read_u8().await, Err(_)), "it was closed");
+        assert!(stream.read_u8().await.is_err(), "it was closed");
     }
 }
 
