@@ -152,8 +152,17 @@ impl House {
         async move {
             let held = (slot, place);
             let Some(tls) = tls else { return welcome(stream, reception, refused, held).await };
-            match timeout(HELLO_TIMEOUT, tls.accept(stream)).await {
-                Ok(Ok(stream)) => welcome(stream, reception, refused, held).await,
+            if refused.is_some() {
+                // A handshake is work that whoever is refused shall not make.
+                return;
+            }
+            let closing = reception.closing.clone();
+            let accepted = tokio::select! {
+                accepted = timeout(HELLO_TIMEOUT, tls.accept(stream)) => accepted,
+                () = closing.cancelled() => return,
+            };
+            match accepted {
+                Ok(Ok(stream)) => welcome(stream, reception, None, held).await,
                 Ok(Err(error)) => tracing::info!(%peer, %error, "no encrypted connection"),
                 Err(_) => tracing::info!(%peer, "no encrypted connection in time"),
             }
