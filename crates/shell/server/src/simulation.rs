@@ -211,6 +211,9 @@ impl Simulation {
         self.record()?;
         // Who has gone, resigned or been forfeited has no say any more.
         self.tell_pause();
+        if self.referee.have_all_joined() {
+            self.occupancy.note_begin();
+        }
         self.occupancy.note_clock(self.referee.cycle(), self.referee.pause().on);
         let now = self.start.elapsed();
         self.review_begin(now);
@@ -256,7 +259,6 @@ impl Simulation {
         let Some(limit) = self.begin_within else { return };
         if self.referee.have_all_joined() {
             self.begin_within = None;
-            self.occupancy.note_begin();
         } else if now >= limit {
             self.is_shutting_down = true;
         }

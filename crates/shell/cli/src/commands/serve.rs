@@ -180,8 +180,8 @@ async fn attend(
     }
     let address = server.local_addr().map_err(Failure::failed)?.to_string();
     let listening = Listening { address, http: operators.http() };
-    print(Format::of(&arguments.json), &listening, |it| format!("listening {}\n", it.address))?;
     operators.tell_ready(&listening.address);
+    print(Format::of(&arguments.json), &listening, |it| format!("listening {}\n", it.address))?;
     let (mut first, mut second) = (interrupt.clone(), interrupt);
     server.serve(first.wait(), second.wait_again(is_kept)).await;
     Ok(())
@@ -318,9 +318,8 @@ fn tell(arguments: &Serve, operators: &Operators, game: &Match, server: &Server)
         spectators: scenario.spectators.map(Watchable::of),
         http: operators.http(),
     };
-    print(Format::of(&arguments.json), &opened, Opened::text)?;
     operators.tell_ready(&opened.address);
-    Ok(())
+    print(Format::of(&arguments.json), &opened, Opened::text)
 }
 
 /// Returns how a match ended, in a line.
