@@ -457,7 +457,7 @@ const refused = choice({
   token: null, full: null, replaced: null, malformed: record({ place: text, problem: text }), too_large: limit,
   too_slow: null, shutdown: null, no_spectators: null, seats_only: null, no_such_seat: record({ seats: uint }),
   spectators_full: limit, spectator: null, held_too_much: null, broken: null, no_match: null, no_scenario: null,
-  matches_full: limit, address_full: limit, draining: null, not_begun: record({ seconds: uint }), asks_too_much: limit,
+  matches_full: limit, address_full: limit, draining: null, not_begun: record({ seconds: uint }), asks_too_much: limit, operator: null,
 });
 const tally = record({
   units: uint, arrived: uint, arrival_sum: uint, gathered: uint, made: uint, units_destroyed: uint,

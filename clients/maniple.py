@@ -359,7 +359,7 @@ REFUSED = enum(
     too_slow=None, shutdown=None, no_spectators=None, seats_only=None, no_such_seat=record(seats=UINT),
     spectators_full=record(limit=UINT), spectator=None, held_too_much=None, broken=None, no_match=None, no_scenario=None,
     matches_full=record(limit=UINT), address_full=record(limit=UINT), draining=None, not_begun=record(seconds=UINT),
-    asks_too_much=record(limit=UINT))
+    asks_too_much=record(limit=UINT), operator=None)
 TALLY = record(
     units=UINT, arrived=UINT, arrival_sum=UINT, gathered=UINT, made=UINT, units_destroyed=UINT,
     buildings_destroyed=UINT, units_lost=UINT, buildings_lost=UINT, last_building=UINT)

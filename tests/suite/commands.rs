@@ -70,6 +70,7 @@ fn every_command_has_help_with_an_example() {
         "simulate",
         "match",
         "serve",
+        "admin",
         "bot",
         "conformance",
         "conformance serve",
@@ -490,7 +491,7 @@ pub(crate) fn serve(arguments: &[&str]) -> (Child, String, Vec<String>) {
 }
 
 /// Waits until a daemon says where it listens; returns its address and the tokens of its seats.
-fn opened(server: &mut Child) -> (String, Vec<String>) {
+pub(crate) fn opened(server: &mut Child) -> (String, Vec<String>) {
     let mut lines = BufReader::new(server.stdout.take().expect("a pipe")).lines();
     let line = lines.next().expect("the server says where it listens").expect("text");
     let opened: Value = serde_json::from_str(&line).expect("JSON");

@@ -210,7 +210,7 @@ impl Random {
     }
 
     fn refused(&mut self) -> Refused {
-        match self.below(25) {
+        match self.below(26) {
             17 => Refused::Broken,
             18 => Refused::NoMatch,
             19 => Refused::NoScenario,
@@ -218,6 +218,7 @@ impl Random {
             21 => Refused::AddressFull { limit: self.u32() },
             22 => Refused::Draining,
             23 => Refused::NotBegun { seconds: self.u32() },
+            25 => Refused::Operator,
             24 => Refused::AsksTooMuch { limit: self.u32() },
             0 => Refused::Protocol { supported: self.u32() },
             1 => Refused::Handshake,

@@ -121,4 +121,7 @@ pub enum Refused {
         /// The largest number.
         limit: u32,
     },
+    /// Whoever runs the server wants it so.
+    #[error("whoever runs the server has closed this connection, or ended this match; ask them")]
+    Operator,
 }

@@ -1,4 +1,4 @@
-//! When the clock stands still because all want it to.
+//! When the clock stands still because all want it to, or whoever runs the match does.
 
 use maniple_view::Seat;
 
@@ -23,7 +23,10 @@ pub(crate) struct Agreement {
     wishes: Vec<bool>,
     /// How often each has asked.
     asked: Vec<u32>,
+    /// Whether all agreed, and none has ended it since.
     is_on: bool,
+    /// Whether whoever runs the match wants it, whatever the seats do.
+    is_halted: bool,
     /// What everybody was told last.
     told: Paused,
 }
@@ -35,6 +38,7 @@ impl Agreement {
             wishes: vec![false; seats],
             asked: vec![0; seats],
             is_on: false,
+            is_halted: false,
             told: Paused { seats: Vec::new(), on: false },
         }
     }
@@ -78,14 +82,19 @@ impl Agreement {
         }
     }
 
+    /// Takes whether whoever runs the match wants a pause.
+    pub(crate) fn handle_halt(&mut self, is_halted: bool) {
+        self.is_halted = is_halted;
+    }
+
     pub(crate) fn is_on(&self) -> bool {
-        self.is_on
+        self.is_on || self.is_halted
     }
 
     /// Returns how it stands.
     pub(crate) fn state(&self) -> Paused {
         let seats = (0..).map(Seat).zip(&self.wishes).filter(|(_, wish)| **wish).map(|(seat, _)| seat);
-        Paused { seats: seats.collect(), on: self.is_on }
+        Paused { seats: seats.collect(), on: self.is_on() }
     }
 
     /// Returns how it stands, if that has changed since the last call.
@@ -143,6 +152,22 @@ mod tests {
         assert_eq!(agreement.state(), Paused { seats: vec![A], on: true });
         agreement.review(|_| false);
         assert_eq!(agreement.state(), Paused { seats: vec![], on: false });
+    }
+
+    #[test]
+    fn no_seat_ends_what_whoever_runs_the_match_wants() {
+        let mut agreement = Agreement::new(2);
+        agreement.handle_halt(true);
+        for seat in [A, B] {
+            agreement.handle_no_wish(seat);
+        }
+        agreement.review(|_| false);
+        assert_eq!(agreement.state(), Paused { seats: vec![], on: true });
+        // A wish that was there before is there after it.
+        agreement.handle_wish(A);
+        agreement.review(|_| true);
+        agreement.handle_halt(false);
+        assert_eq!(agreement.state(), Paused { seats: vec![A], on: false });
     }
 
     #[test]

@@ -121,6 +121,17 @@ impl Referee {
         }
     }
 
+    /// Lets the clock stand still because whoever runs the match wants it: no cycle is ready and no time bank runs until
+    /// [`Referee::release`]. Players are told as of a pause, and cannot end it. Neither the state nor the record knows of it.
+    pub fn halt(&mut self) {
+        self.agreement.handle_halt(true);
+    }
+
+    /// Lets the clock go on after [`Referee::halt`], unless the seats want a pause.
+    pub fn release(&mut self) {
+        self.agreement.handle_halt(false);
+    }
+
     /// Takes commands for the next cycle to be simulated; `seen_cycle` is that of the last delta that the client had
     /// applied when it gave them. After the end of the match they are dropped.
     ///

@@ -1,8 +1,11 @@
 //! The command line.
 
+mod admin;
+mod configuration;
 mod conformance;
 mod generate;
 mod profile;
+mod tls;
 mod tournament;
 
 use std::net::SocketAddr;
@@ -11,11 +14,15 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use maniple_game::Overrides;
+use maniple_view::ClockMode;
 
 use crate::output::JsonFlag;
+pub(crate) use admin::Admin;
+pub(crate) use configuration::ConfigurationArguments;
 pub(crate) use conformance::{ConformanceCommand, ConformanceServe};
 pub(crate) use generate::MapGenerate;
 pub(crate) use profile::ProfileArguments;
+pub(crate) use tls::TlsArguments;
 pub(crate) use tournament::ManyArguments;
 
 /// Most circles of a benchmark of each kind: 4 million take about a gigabyte.
@@ -51,9 +58,13 @@ Example: maniple bench tradeoff --scene open --scene maps/choke.tmx --out figure
 #[command(name = "maniple", version, arg_required_else_help = true)]
 #[command(after_help = "Try it: maniple match")]
 pub(crate) struct Arguments {
-    /// What to log to standard error, as in `debug` or `maniple_server=trace,warn`
-    #[arg(long, global = true, value_name = "FILTER", default_value = "warn")]
-    pub(crate) log: String,
+    /// What to log to standard error, as in `debug` or `maniple_server=trace,warn` [default: warn, or the environment's MANIPLE_LOG_FILTER]
+    #[arg(long, global = true, value_name = "FILTER")]
+    pub(crate) log: Option<String>,
+
+    /// How to log: text or json [default: text, or the environment's MANIPLE_LOG_FORMAT]
+    #[arg(long, global = true, value_name = "FORMAT")]
+    pub(crate) log_format: Option<String>,
 
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -73,6 +84,9 @@ pub(crate) enum Command {
     /// Run a match that clients join over TCP
     #[command(after_help = "Example: maniple serve --clock lockstep --listen 127.0.0.1:0 --once")]
     Serve(Serve),
+    /// Ask something of a daemon that runs, or let it do something
+    #[command(after_help = "Example: maniple admin --socket /run/maniple/admin.sock list")]
+    Admin(Admin),
     /// Play a seat of a running match with a shipped bot
     #[command(after_help = "Example: maniple bot straight --connect 127.0.0.1:7171 --token TOKEN")]
     Bot(Bot),
@@ -193,6 +207,16 @@ pub(crate) enum Clock {
     Lockstep,
 }
 
+impl Clock {
+    /// Returns it as the referee knows it.
+    pub(crate) fn mode(self) -> ClockMode {
+        match self {
+            Self::Realtime => ClockMode::Realtime,
+            Self::Lockstep => ClockMode::Lockstep,
+        }
+    }
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Serve {
     /// A scenario; without it the shipped duel
@@ -201,9 +225,8 @@ pub(crate) struct Serve {
     /// Play on this map: .tmx or .map
     #[arg(long, value_name = "FILE")]
     pub(crate) map: Option<PathBuf>,
-    /// Address and port to listen at; port 0 takes any that is free
-    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
-    pub(crate) listen: SocketAddr,
+    #[command(flatten)]
+    pub(crate) configuration: ConfigurationArguments,
     /// How time passes
     #[arg(long, value_enum, default_value = "realtime")]
     pub(crate) clock: Clock,
@@ -218,9 +241,6 @@ pub(crate) struct Serve {
     /// Where to write the replay of the match
     #[arg(long, value_name = "FILE", requires = "once", conflicts_with = "journal")]
     pub(crate) replay: Option<PathBuf>,
-    /// Where to keep matches, so that they go on when this has been killed; replays of those that have ended are in `finished`
-    #[arg(long, value_name = "FOLDER")]
-    pub(crate) journal: Option<PathBuf>,
     /// Let clients create matches of this scenario, instead of playing one after the other; may be given several times
     #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "map", "seed", "once", "clock"])]
     pub(crate) lobby: Vec<PathBuf>,
@@ -235,6 +255,8 @@ pub(crate) struct Bot {
     /// Where the match runs
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
     pub(crate) connect: SocketAddr,
+    #[command(flatten)]
+    pub(crate) tls: TlsArguments,
     /// The token of the seat, as `maniple serve` prints it; without it any seat that is open to all
     #[arg(
         long,
@@ -257,6 +279,8 @@ pub(crate) struct Watch {
     /// Where the match runs
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
     pub(crate) connect: SocketAddr,
+    #[command(flatten)]
+    pub(crate) tls: TlsArguments,
     /// The seat to watch; without it everything
     #[arg(long, value_name = "K")]
     pub(crate) seat: Option<u16>,

@@ -47,6 +47,14 @@ impl Failure {
         }
     }
 
+    /// Returns what went wrong, without what the program puts before it.
+    pub(crate) fn cause(&self) -> String {
+        match self {
+            Self::Failed(error) | Self::Usage(error) | Self::BadInput(error) => format!("{error:#}"),
+            Self::Interrupted => "interrupted".to_owned(),
+        }
+    }
+
     /// Returns the exit code.
     pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
@@ -62,10 +70,8 @@ impl Failure {
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Failed(error) | Self::Usage(error) | Self::BadInput(error) => {
-                write!(f, "error: {error:#}")
-            }
-            Self::Interrupted => write!(f, "interrupted"),
+            Self::Failed(_) | Self::Usage(_) | Self::BadInput(_) => write!(f, "error: {}", self.cause()),
+            Self::Interrupted => f.write_str(&self.cause()),
         }
     }
 }

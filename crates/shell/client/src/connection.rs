@@ -8,7 +8,6 @@ use maniple_protocol::{
 };
 use maniple_view::{Delta, MatchResult, Seat, View};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
 
 use crate::destination::{Destination, Stream};
 use crate::error::ClientError;
@@ -53,16 +52,16 @@ pub(crate) struct Talk {
 
 impl Talk {
     pub(crate) async fn connect(destination: &Destination) -> Result<Self, ClientError> {
-        let address = &destination.address;
-        let connected = TcpStream::connect(address).await;
-        let stream = connected.map_err(|source| ClientError::Connect { address: address.clone(), source })?;
-        stream.set_nodelay(true)?;
-        Ok(Self::over(stream))
+        Ok(Self::new(destination.open().await?))
     }
 
     pub(crate) fn over(stream: impl Stream) -> Self {
+        Self::new(Box::new(stream))
+    }
+
+    fn new(stream: Box<dyn Stream>) -> Self {
         let frames = FrameDecoder::new(Encoding::Binary, FRAME_FROM_SERVER_MAX);
-        Self { stream: Box::new(stream), frames, buffer: vec![0; READ_SIZE], has_begun: false }
+        Self { stream, frames, buffer: vec![0; READ_SIZE], has_begun: false }
     }
 
     /// Sends a message.
@@ -78,7 +77,12 @@ impl Talk {
     /// Writes to a server that may have closed the connection: its reason can still be read then.
     pub(crate) async fn write(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
         use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
-        match self.stream.write_all(bytes).await {
+        // What is encrypted waits in a buffer.
+        let written = async {
+            self.stream.write_all(bytes).await?;
+            self.stream.flush().await
+        };
+        match written.await {
             Err(error) if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset) => Ok(()),
             written => Ok(written?),
         }

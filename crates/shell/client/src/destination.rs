@@ -3,11 +3,16 @@
 use maniple_protocol::ClientMessage;
 use maniple_view::{Digest, Seat};
 use tokio::io::{AsyncRead, AsyncWrite};
+use tokio::net::TcpStream;
+
+use crate::error::ClientError;
+use crate::tls::Tls;
 
 /// A server, and which of its matches.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub struct Destination {
     pub(crate) address: String,
+    tls: Option<Tls>,
     pub(crate) enter: Option<(Digest, Option<Seat>)>,
 }
 
@@ -15,7 +20,7 @@ impl Destination {
     /// Returns a match of a server by its number; without it, it is the one that the server plays by itself.
     #[must_use]
     pub fn of_match(address: impl Into<String>, id: Digest) -> Self {
-        Self { address: address.into(), enter: Some((id, None)) }
+        Self { enter: Some((id, None)), ..Self::from(address.into()) }
     }
 
     /// Returns the same with the open seat that is wanted.
@@ -28,6 +33,27 @@ impl Destination {
         Self { enter: Some((id, Some(seat))), ..self }
     }
 
+    /// Returns the same over an encrypted connection.
+    #[must_use]
+    pub fn encrypted(self, tls: Tls) -> Self {
+        Self { tls: Some(tls), ..self }
+    }
+
+    /// Connects.
+    pub(crate) async fn open(&self) -> Result<Box<dyn Stream>, ClientError> {
+        let address = || self.address.clone();
+        let connected = TcpStream::connect(&self.address).await;
+        let stream = connected.map_err(|source| ClientError::Connect { address: address(), source })?;
+        stream.set_nodelay(true)?;
+        match &self.tls {
+            None => Ok(Box::new(stream)),
+            Some(tls) => match tls.open(stream).await {
+                Ok(stream) => Ok(Box::new(stream)),
+                Err(source) => Err(ClientError::Handshake { address: address(), source }),
+            },
+        }
+    }
+
     /// Returns what is said before the hello or watch.
     pub(crate) fn enter(&self) -> Option<ClientMessage> {
         self.enter.map(|(match_id, seat)| ClientMessage::Enter { match_id, seat })
@@ -36,7 +62,7 @@ impl Destination {
 
 impl From<&str> for Destination {
     fn from(address: &str) -> Self {
-        Self { address: address.to_owned(), enter: None }
+        address.to_owned().into()
     }
 }
 
@@ -48,7 +74,7 @@ impl From<&String> for Destination {
 
 impl From<String> for Destination {
     fn from(address: String) -> Self {
-        Self { address, enter: None }
+        Self { address, tls: None, enter: None }
     }
 }
 

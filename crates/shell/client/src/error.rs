@@ -17,6 +17,16 @@ pub enum ClientError {
         /// What the system says.
         source: io::Error,
     },
+    /// The server does not encrypt, or is not the one that was asked for.
+    #[error(
+        "no TLS with {address}; does the server have it, and is its certificate for this name, from who is trusted?"
+    )]
+    Handshake {
+        /// The address.
+        address: String,
+        /// What is wrong.
+        source: io::Error,
+    },
     /// The connection broke.
     #[error("the connection broke: {0}")]
     Broken(#[from] io::Error),

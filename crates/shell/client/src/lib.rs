@@ -10,6 +10,7 @@ mod destination;
 mod error;
 mod lobby;
 mod spectator;
+mod tls;
 
 pub use client::{Client, Login};
 pub use connection::Event;
@@ -17,3 +18,4 @@ pub use destination::{Destination, Stream};
 pub use error::ClientError;
 pub use lobby::{Created, Lobby, Matches};
 pub use spectator::Spectator;
+pub use tls::{Tls, TlsError};

@@ -32,6 +32,11 @@ impl Audience {
         if self.spectators.len() < SPECTATORS_MAX { Ok(()) } else { Err(spectators_full()) }
     }
 
+    /// Returns how many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.spectators.len()
+    }
+
     /// Lets a connection watch.
     pub(crate) fn join(&mut self, connection: ConnectionId, vantage: Vantage, link: Link) {
         self.spectators.push(Spectator { connection, vantage, link });

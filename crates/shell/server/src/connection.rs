@@ -12,6 +12,7 @@ use tokio::sync::Semaphore;
 use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
+use crate::bans::Bans;
 use crate::doors::Doors;
 use crate::link::{FLUSH_TIMEOUT, Link};
 use crate::lobby::{ASKS_MAX, Lobby};
@@ -76,6 +77,8 @@ pub(crate) struct Reception {
     pub(crate) peer: SocketAddr,
     /// Cancelled when nobody is received any more.
     pub(crate) closing: CancellationToken,
+    /// Which addresses are let in no more.
+    pub(crate) bans: Bans,
 }
 
 /// Serves a connection until its last message is sent. Returns what is left to do, if anything is; it has nothing to do
@@ -87,10 +90,21 @@ pub(crate) async fn serve<S: Stream>(stream: S, reception: Reception) -> Option<
     let mut reader = Reader { half, inbound: Inbound::new(), buffer: vec![0; READ_SIZE] };
     match greet(&mut reader, &mut writer, &reception).await {
         Greeting::Opened(opening, gate) => {
-            attend(&mut reader, &mut writer, opening, connection, &gate).await;
+            let attended = attend(&mut reader, &mut writer, opening, connection, &gate);
+            tokio::select! {
+                () = attended => {}
+                () = reception.bans.wait(peer.ip()) => {
+                    tracing::info!(connection = connection.0, %peer, "put out: its address is banned");
+                    reception.lobby.metrics().refused.count(&Refused::Operator);
+                    // The simulation may have ended already.
+                    let _ = gate.mailbox.send(Event::Gone { connection });
+                    return None;
+                }
+            }
         }
         Greeting::Refused(reason) => {
             tracing::info!(connection = connection.0, %peer, %reason, "refused");
+            reception.lobby.metrics().refused.count(&reason);
             refuse(&mut writer, reader.inbound.encoding(), reason).await;
         }
         Greeting::Gone => {}
@@ -162,6 +176,7 @@ async fn greet<S: Stream>(
             biased;
             said = timeout(HELLO_TIMEOUT, reader.next()) => said,
             () = reception.closing.cancelled() => return Greeting::Refused(Refused::Shutdown),
+            () = reception.bans.wait(reception.peer.ip()) => return Greeting::Refused(Refused::Operator),
         };
         let answer = match said {
             Err(_) => return Greeting::Refused(Refused::Timeout { seconds: HELLO_SECONDS }),
@@ -187,7 +202,7 @@ async fn greet<S: Stream>(
                 let Ok(bytes) = encode_server(reader.inbound.encoding(), &answer) else {
                     return Greeting::Refused(Refused::Broken);
                 };
-                if !matches!(timeout(FLUSH_TIMEOUT, writer.write_all(&bytes)).await, Ok(Ok(()))) {
+                if !matches!(timeout(FLUSH_TIMEOUT, write(writer, &bytes)).await, Ok(Ok(()))) {
                     return Greeting::Gone;
                 }
             }
@@ -255,7 +270,13 @@ async fn attend<S: Stream>(
 async fn refuse(writer: &mut (impl AsyncWrite + Unpin), encoding: Encoding, reason: Refused) {
     let Ok(bytes) = encode_server(encoding, &ServerMessage::Refused { reason }) else { return };
     // Whoever does not take it has gone or does not care.
-    let _ = timeout(FLUSH_TIMEOUT, writer.write_all(&bytes)).await;
+    let _ = timeout(FLUSH_TIMEOUT, write(writer, &bytes)).await;
+}
+
+/// Writes all at once: what is encrypted would wait in a buffer for more.
+async fn write(writer: &mut (impl AsyncWrite + Unpin), bytes: &[u8]) -> io::Result<()> {
+    writer.write_all(bytes).await?;
+    writer.flush().await
 }
 
 /// The reading half.

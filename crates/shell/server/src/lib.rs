@@ -5,6 +5,7 @@
 //! a flood nor a reader that has stopped reaches a simulation or another player.
 
 mod audience;
+mod bans;
 mod connection;
 mod doors;
 mod journal;
@@ -12,15 +13,21 @@ mod limits;
 mod link;
 mod lobby;
 mod matches;
+pub mod metrics;
+mod occupancy;
+pub mod operation;
 mod pace;
 mod pool;
 mod recording;
 mod server;
+pub mod settings;
 mod simulation;
 mod table;
+pub mod tls;
 mod token;
 
 pub use audience::SPECTATORS_MAX;
+pub use bans::BANS_MAX;
 pub use connection::{
     DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX,
     SPECTATOR_IN_FLIGHT_MAX, Stream, TURN_AWAY_TIMEOUT,

@@ -99,6 +99,8 @@ impl Outbox {
         let write = async {
             while let Some(bytes) = self.queue.recv().await {
                 writer.write_all(&bytes).await?;
+                // What is encrypted would wait in a buffer for more.
+                writer.flush().await?;
             }
             Ok(())
         };

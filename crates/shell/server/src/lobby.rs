@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::net::IpAddr;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use maniple_game::scenario::Views;
 use maniple_game::{Files, Loaded, Overrides, load};
 use maniple_protocol::{Create, Listed, ListedSeat, ListedSpectators, Refused, ServerMessage};
 use maniple_referee::Referee;
-use maniple_view::{Digest, Seat};
+use maniple_view::Digest;
 use tokio::sync::{Notify, oneshot};
 use tokio::task::spawn_blocking;
 use tokio_util::sync::CancellationToken;
@@ -20,6 +20,9 @@ use crate::doors::{Access, Doors};
 use crate::journal::{JournalError, Journals, Resumed};
 use crate::limits::{Addresses, Limits, Place};
 use crate::matches::{Beginning, Match, MatchError, RunError, Sink};
+use crate::metrics::Metrics;
+use crate::occupancy::Occupancy;
+use crate::operation::MatchStatus;
 use crate::pool::Pool;
 use crate::recording::Recording;
 use crate::simulation::{Event, Mailbox, Outcome, Played, Simulation};
@@ -41,8 +44,10 @@ pub struct Offer {
 #[derive(Debug)]
 pub struct Lobby {
     pool: Pool,
-    limits: Limits,
+    limits: Mutex<Limits>,
+    metrics: Arc<Metrics>,
     offers: BTreeMap<String, Offer>,
+    is_closed_to_clients: AtomicBool,
     creators: Addresses,
     /// `None` where nothing is kept of a match that is broken off.
     journals: Option<Journals>,
@@ -81,35 +86,6 @@ struct Notice {
     spectators: Option<ListedSpectators>,
 }
 
-/// Who is there, as the simulation tells it.
-#[derive(Debug, Default)]
-pub(crate) struct Occupancy {
-    /// A bit a seat.
-    taken: AtomicU64,
-    has_begun: AtomicBool,
-}
-
-impl Occupancy {
-    /// Notes whether somebody sits at a seat.
-    pub(crate) fn note_seat(&self, seat: Seat, is_taken: bool) {
-        let bit = 1u64 << (seat.index() % 64);
-        if is_taken {
-            self.taken.fetch_or(bit, Ordering::Relaxed);
-        } else {
-            self.taken.fetch_and(!bit, Ordering::Relaxed);
-        }
-    }
-
-    /// Notes that all seats have been joined.
-    pub(crate) fn note_begin(&self) {
-        self.has_begun.store(true, Ordering::Relaxed);
-    }
-
-    fn is_taken(&self, seat: usize) -> bool {
-        self.taken.load(Ordering::Relaxed) & (1 << (seat % 64)) != 0
-    }
-}
-
 /// A match that has been taken in.
 #[derive(Debug)]
 pub(crate) struct Opened {
@@ -126,7 +102,10 @@ impl Lobby {
         journals: Option<Journals>,
     ) -> Self {
         let (creators, board) = (Addresses::default(), Mutex::default());
-        Self { pool, limits, offers, creators, journals, board, changed: Notify::new() }
+        let (limits, metrics) = (Mutex::new(limits), Arc::default());
+        let is_closed_to_clients = AtomicBool::new(false);
+        let changed = Notify::new();
+        Self { pool, limits, metrics, offers, is_closed_to_clients, creators, journals, board, changed }
     }
 
     /// Returns the matches that a daemon has left in the folder of journals, and why others are not taken up.
@@ -154,8 +133,19 @@ impl Lobby {
 
     /// Returns what is allowed.
     #[must_use]
-    pub fn limits(&self) -> &Limits {
-        &self.limits
+    pub fn limits(&self) -> Limits {
+        *self.limits.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Puts other limits into force; returns those before.
+    pub(crate) fn change_limits(&self, limits: Limits) -> Limits {
+        std::mem::replace(&mut *self.limits.lock().unwrap_or_else(PoisonError::into_inner), limits)
+    }
+
+    /// Returns what it counts.
+    #[must_use]
+    pub fn metrics(&self) -> &Arc<Metrics> {
+        &self.metrics
     }
 
     fn board(&self) -> MutexGuard<'_, Board> {
@@ -196,7 +186,8 @@ impl Lobby {
         let doors = Arc::new(Doors::new(access));
         let table = Table::new(Arc::clone(&doors));
         let (finished, outcome) = oneshot::channel();
-        let occupancy = Arc::new(Occupancy::default());
+        let occupancy = Arc::new(Occupancy::new(Arc::clone(&self.metrics)));
+        self.metrics.matches.change(1);
         self.pool.enter(|waker| {
             let (mailbox, events) = Mailbox::new(waker);
             let gate = Gate { mailbox, doors, ended: CancellationToken::new() };
@@ -226,6 +217,7 @@ impl Lobby {
         }
         if let Some(open) = board.open.remove(&id.0) {
             open.gate.ended.cancel();
+            self.metrics.matches.change(-1);
         }
         drop(board);
         self.changed.notify_one();
@@ -249,6 +241,39 @@ impl Lobby {
     /// Takes no further match in.
     pub fn drain(&self) {
         self.board().is_draining = true;
+        self.changed.notify_one();
+    }
+
+    /// Returns whether no further match is taken in.
+    #[must_use]
+    pub fn is_draining(&self) -> bool {
+        self.board().is_draining
+    }
+
+    /// Hands an event to a match; `None`: there is no such match.
+    pub(crate) fn send(&self, id: Digest, event: Event) -> Option<()> {
+        let board = self.board();
+        let open = board.open.get(&id.0)?;
+        // One that has ended and is about to be forgotten has nothing to do with it any more.
+        let _ = open.gate.mailbox.send(event);
+        Some(())
+    }
+
+    /// Returns the longest time for which a match has waited for its turn, or has had one.
+    pub(crate) fn longest_wait(&self) -> Duration {
+        self.pool.longest_wait()
+    }
+
+    /// Returns the matches as operators see them.
+    pub(crate) fn statuses(&self) -> Vec<MatchStatus> {
+        self.board().open.iter().map(|(&id, open)| open.status(Digest(id))).collect()
+    }
+
+    /// Returns by seat whether somebody sits there; `None`: there is no such match.
+    pub(crate) fn taken(&self, id: Digest) -> Option<Vec<bool>> {
+        let board = self.board();
+        let open = board.open.get(&id.0)?;
+        Some((0..open.loaded.is_open.len()).map(|seat| open.occupancy.is_taken(seat)).collect())
     }
 
     /// Returns how many matches there are.
@@ -271,7 +296,7 @@ impl Lobby {
     pub(crate) fn list(&self) -> ServerMessage {
         let listed = |(&id, open): (&u64, &Open)| open.listed(Digest(id));
         let list = self.board().open.iter().map(listed).collect();
-        ServerMessage::Matches { scenarios: self.offers.keys().cloned().collect(), list }
+        ServerMessage::Matches { scenarios: self.offers_to_clients().keys().cloned().collect(), list }
     }
 
     /// Creates a match for a client, and returns the answer to `create`.
@@ -283,11 +308,30 @@ impl Lobby {
         wanted: Create,
         address: IpAddr,
     ) -> Result<ServerMessage, Refused> {
-        let offer = self.offers.get(&wanted.scenario).cloned().ok_or(Refused::NoScenario)?;
+        if !self.offers_to_clients().contains_key(&wanted.scenario) {
+            return Err(Refused::NoScenario);
+        }
         self.check_room()?;
-        let limit = self.limits.matches_per_address;
+        let limit = self.limits().matches_per_address;
         let full = || Refused::AddressFull { limit: u32::try_from(limit).unwrap_or(u32::MAX) };
         let place = self.creators.take(address, limit).ok_or_else(full)?;
+        let (match_id, tokens) = self.create_for(wanted, Some(place)).await?;
+        tracing::info!(id = %match_id, %address, "a match is created");
+        Ok(ServerMessage::Created { match_id, tokens })
+    }
+
+    /// Creates a match, and returns its number and by seat the token that opens it; none where all are open. `place` is that of the
+    /// client whom it is for.
+    ///
+    /// # Errors
+    /// The reason that a client is told.
+    pub(crate) async fn create_for(
+        self: &Arc<Self>,
+        wanted: Create,
+        place: Option<Place>,
+    ) -> Result<(Digest, Vec<String>), Refused> {
+        let offer = self.offers.get(&wanted.scenario).cloned().ok_or(Refused::NoScenario)?;
+        self.check_room()?;
         // Walls and visibility of a large map take a while, in which others want to be served.
         let lobby = Arc::clone(self);
         let made = spawn_blocking(move || {
@@ -295,20 +339,29 @@ impl Lobby {
             lobby.check_room()?;
             let access = game.access().to_vec();
             let opened = lobby
-                .open(game, Some(place), Some(lobby.limits.begin_within))
+                .open(game, place, Some(lobby.limits().begin_within))
                 .map_err(|error| unmade(&wanted.scenario, &error))?;
             Ok((opened, access))
         });
         let (opened, access) = made.await.map_err(|_| Refused::Broken)??;
-        tracing::info!(id = %opened.id, %address, "a match is created");
         let token = |access: &Access| match access {
             Access::Open => None,
             Access::Token(token) => Some(token.to_string()),
         };
-        let created =
-            ServerMessage::Created { match_id: opened.id, tokens: access.iter().filter_map(token).collect() };
+        let id = opened.id;
         self.let_go_on(opened);
-        Ok(created)
+        Ok((id, access.iter().filter_map(token).collect()))
+    }
+
+    /// Lets clients create no matches: only whoever runs the server does.
+    pub(crate) fn close_to_clients(&self) {
+        self.is_closed_to_clients.store(true, Ordering::Relaxed);
+    }
+
+    /// Returns the scenarios of which clients may create matches.
+    fn offers_to_clients(&self) -> &BTreeMap<String, Offer> {
+        static NONE: BTreeMap<String, Offer> = BTreeMap::new();
+        if self.is_closed_to_clients.load(Ordering::Relaxed) { &NONE } else { &self.offers }
     }
 
     /// Waits for the end of a match that nobody else waits for.
@@ -329,7 +382,7 @@ impl Lobby {
         if board.is_draining {
             return Err(Refused::Draining);
         }
-        let limit = self.limits.matches;
+        let limit = self.limits().matches;
         if board.open.len() < limit {
             return Ok(());
         }
@@ -385,6 +438,22 @@ impl Notice {
 }
 
 impl Open {
+    fn status(&self, id: Digest) -> MatchStatus {
+        let Notice { scenario, clock, is_open, .. } = &self.loaded;
+        let taken = (0..is_open.len()).filter(|&seat| self.occupancy.is_taken(seat)).count();
+        let seats = |count: usize| u16::try_from(count).expect("seats are counted in 16 bits");
+        MatchStatus {
+            id,
+            scenario: scenario.clone(),
+            clock: *clock,
+            phase: self.occupancy.phase(),
+            cycle: self.occupancy.cycle(),
+            seats: seats(is_open.len()),
+            players: seats(taken),
+            spectators: self.occupancy.spectators(),
+        }
+    }
+
     fn listed(&self, match_id: Digest) -> Listed {
         let Notice { scenario, clock, rate, is_open, spectators } = &self.loaded;
         let seat = |(seat, &open): (usize, &bool)| ListedSeat { open, taken: self.occupancy.is_taken(seat) };
@@ -393,7 +462,7 @@ impl Open {
             scenario: scenario.clone(),
             clock: *clock,
             rate: *rate,
-            has_begun: self.occupancy.has_begun.load(Ordering::Relaxed),
+            has_begun: self.occupancy.has_begun(),
             seats: is_open.iter().enumerate().map(seat).collect(),
             spectators: *spectators,
         }

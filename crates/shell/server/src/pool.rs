@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, BinaryHeap};
 use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use tokio::sync::Notify;
 use tokio::time::{Instant, sleep_until};
@@ -70,6 +71,8 @@ struct Entry {
     /// `None` while a thread plays it.
     player: Option<Box<dyn Player>>,
     due: Option<Instant>,
+    /// Since when a thread plays it.
+    begun: Option<Instant>,
     /// Whether it was woken while a thread played it.
     is_woken: bool,
 }
@@ -115,6 +118,14 @@ impl Pool {
         }
     }
 
+    /// Returns the longest time for which somebody has been due, or has had a turn that goes on: whether the threads do their work.
+    pub(crate) fn longest_wait(&self) -> Duration {
+        match self {
+            Self::Threads(threads) => threads.lock().longest_wait(Instant::now()),
+            Self::Tasks => Duration::ZERO,
+        }
+    }
+
     /// Lets the threads end once nothing is played any more.
     pub(crate) fn close(&self) {
         match self {
@@ -145,7 +156,7 @@ impl Threads {
 
     fn put(&self, number: u64, player: Box<dyn Player>) {
         let mut queue = self.lock();
-        queue.players.insert(number, Entry { player: Some(player), due: None, is_woken: false });
+        queue.players.insert(number, Entry { player: Some(player), due: None, begun: None, is_woken: false });
         queue.schedule(number, Instant::now());
         drop(queue);
         self.changed.notify_one();
@@ -173,6 +184,7 @@ impl Threads {
             let mut queue = self.lock();
             let Some(entry) = queue.players.get_mut(&number) else { continue };
             entry.player = Some(player);
+            entry.begun = None;
             let is_woken = std::mem::take(&mut entry.is_woken);
             match turn {
                 Turn::Over => {
@@ -201,6 +213,7 @@ impl Threads {
                     queue.agenda.pop();
                     let entry = queue.players.get_mut(&number)?;
                     entry.due = None;
+                    entry.begun = Some(now);
                     let player = entry.player.take()?;
                     // Another thread watches for the next.
                     self.changed.notify_one();
@@ -221,6 +234,11 @@ impl Queue {
     fn take_number(&mut self) -> u64 {
         self.next += 1;
         self.next
+    }
+
+    fn longest_wait(&self, now: Instant) -> Duration {
+        let since = self.players.values().filter_map(|entry| entry.begun.or(entry.due)).min();
+        since.map_or(Duration::ZERO, |since| now.saturating_duration_since(since))
     }
 
     fn schedule(&mut self, number: u64, due: Instant) {
@@ -251,7 +269,6 @@ impl std::fmt::Debug for Queue {
 #[cfg(test)]
 mod tests {
     use std::sync::mpsc::{Receiver, Sender, channel};
-    use std::time::Duration;
 
     use super::*;
 
@@ -316,6 +333,29 @@ mod tests {
         for turn in 1..=21 {
             assert_eq!(heard.recv(), Ok((1, turn)));
         }
+    }
+
+    #[test]
+    fn a_turn_that_does_not_end_is_seen_until_it_does() {
+        let pool = Pool::with_threads(1).unwrap();
+        let (told, heard) = channel();
+        let (release, held) = channel::<()>();
+        enter(&pool, 1, &told, move |_| {
+            held.recv().unwrap();
+            Turn::Woken
+        });
+        assert_eq!(heard.recv(), Ok((1, 1)));
+        enter(&pool, 2, &told, |_| Turn::Woken);
+        let hour = Duration::from_secs(3600);
+        let Pool::Threads(threads) = &pool else { unreachable!("made with threads") };
+        let in_an_hour = || threads.lock().longest_wait(Instant::now() + hour);
+        assert!(in_an_hour() >= hour);
+        release.send(()).unwrap();
+        assert_eq!(heard.recv(), Ok((2, 1)), "the other was waiting for the thread");
+        while in_an_hour() > Duration::ZERO {
+            thread::yield_now();
+        }
+        pool.close();
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::available_parallelism;
 use std::time::Duration;
 
@@ -13,14 +13,18 @@ use maniple_view::MatchResult;
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
 use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinSet;
+use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
-use crate::connection::{ConnectionId, Reception, Stream, serve, turn_away};
+use crate::bans::Bans;
+use crate::connection::{ConnectionId, HELLO_TIMEOUT, Reception, Stream, serve, turn_away};
 use crate::journal::Journals;
 use crate::limits::{Addresses, Limits};
 use crate::lobby::{Lobby, Offer};
 use crate::matches::{Match, RunError};
+use crate::metrics::{Counted, Metrics};
 use crate::pool::Pool;
+use crate::tls::Tls;
 
 /// Bytes of a socket's send buffer. The system would let it grow to megabytes, which is a minute and more of deltas
 /// that a client has yet to see when it is found to be too slow.
@@ -42,9 +46,13 @@ pub struct Server {
 /// All of a server but the socket: the lobby, and the connections.
 #[derive(Clone, Debug)]
 pub struct House {
-    lobby: Arc<Lobby>,
+    pub(crate) lobby: Arc<Lobby>,
     slots: Arc<Semaphore>,
     addresses: Addresses,
+    pub(crate) bans: Bans,
+    /// `None`: nothing is encrypted.
+    tls: Option<Tls>,
+    pub(crate) is_ready: Arc<AtomicBool>,
     numbers: Arc<AtomicU64>,
 }
 
@@ -64,8 +72,42 @@ impl House {
             lobby: Arc::new(Lobby::new(pool, limits, offers, journals)),
             slots: Arc::new(Semaphore::new(limits.connections)),
             addresses: Addresses::default(),
+            bans: Bans::default(),
+            tls: None,
+            is_ready: Arc::default(),
             numbers: Arc::default(),
         })
+    }
+
+    /// Returns the same with connections that are encrypted, and no others.
+    #[must_use]
+    pub fn encrypted(self, tls: Tls) -> Self {
+        Self { tls: Some(tls), ..self }
+    }
+
+    /// Returns the same in which clients create no matches: only its operators do.
+    #[must_use]
+    pub fn closed_to_clients(self) -> Self {
+        self.lobby.close_to_clients();
+        self
+    }
+
+    /// Returns what it counts.
+    #[must_use]
+    pub fn metrics(&self) -> &Arc<Metrics> {
+        self.lobby.metrics()
+    }
+
+    /// Puts other limits into force. Who is in stays in.
+    pub(crate) fn change_limits(&self, limits: Limits) {
+        let before = self.lobby.change_limits(limits).connections;
+        self.slots.add_permits(limits.connections.saturating_sub(before));
+        let fewer = u32::try_from(before.saturating_sub(limits.connections)).unwrap_or(u32::MAX);
+        let slots = Arc::clone(&self.slots);
+        tokio::spawn(async move {
+            // Those that are taken go when their connections do.
+            slots.acquire_many(fewer).await.expect("the semaphore is never closed").forget();
+        });
     }
 
     /// Returns its lobby.
@@ -92,21 +134,58 @@ impl House {
         let connection = ConnectionId(self.numbers.fetch_add(1, Ordering::Relaxed));
         let limit = self.lobby.limits().connections_per_address;
         let place = self.addresses.take(peer.ip(), limit);
-        let reception = Reception { lobby: Arc::clone(&self.lobby), connection, peer, closing };
+        let metrics = self.metrics();
+        let stream = Counted::new(stream, Arc::clone(metrics));
+        let refused = if self.bans.is_banned(peer.ip()) {
+            Some(Refused::Operator)
+        } else {
+            let limit = u32::try_from(limit).unwrap_or(u32::MAX);
+            place.is_none().then_some(Refused::AddressFull { limit })
+        };
+        if let Some(reason) = &refused {
+            tracing::info!(%peer, %reason, "refused");
+            metrics.refused.count(reason);
+        }
+        let reception =
+            Reception { lobby: Arc::clone(&self.lobby), connection, peer, closing, bans: self.bans.clone() };
+        let tls = self.tls.clone();
         async move {
-            let Some(place) = place else {
-                let limit = u32::try_from(limit).unwrap_or(u32::MAX);
-                tracing::info!(%peer, limit, "too many connections of one address");
-                return turn_away(stream, Refused::AddressFull { limit }).await;
+            let held = (slot, place);
+            let Some(tls) = tls else { return welcome(stream, reception, refused, held).await };
+            if refused.is_some() {
+                // A handshake is work that whoever is refused shall not make.
+                return;
+            }
+            let closing = reception.closing.clone();
+            let accepted = tokio::select! {
+                accepted = timeout(HELLO_TIMEOUT, tls.accept(stream)) => accepted,
+                () = closing.cancelled() => return,
             };
-            let Some(farewell) = serve(stream, reception).await else { return };
-            // On its own: who takes its time shall not hold up the next match.
-            tokio::spawn(async move {
-                farewell.wait().await;
-                drop((slot, place));
-            });
+            match accepted {
+                Ok(Ok(stream)) => welcome(stream, reception, None, held).await,
+                Ok(Err(error)) => tracing::info!(%peer, %error, "no encrypted connection"),
+                Err(_) => tracing::info!(%peer, "no encrypted connection in time"),
+            }
         }
     }
+}
+
+/// Serves a connection, or refuses it; `held` is what is free again when it is over.
+async fn welcome(
+    stream: impl Stream,
+    reception: Reception,
+    refused: Option<Refused>,
+    held: impl Send + 'static,
+) {
+    if let Some(reason) = refused {
+        return turn_away(stream, reason).await;
+    }
+    let Some(farewell) = serve(stream, reception).await else { return };
+    // On its own: who takes its time shall not hold up the next match.
+    tokio::spawn(async move {
+        farewell.wait().await;
+        drop(held);
+    });
 }
 
 impl Server {
@@ -130,6 +209,15 @@ impl Server {
         socket.set_send_buffer_size(SEND_BUFFER_SIZE)?;
         socket.bind(listen)?;
         Ok(Self { listener: socket.listen(BACKLOG)?, house })
+    }
+
+    /// Returns a server for a house over a socket that listens already.
+    ///
+    /// # Errors
+    /// A socket that the runtime cannot wait for.
+    pub fn over(listener: std::net::TcpListener, house: House) -> io::Result<Self> {
+        listener.set_nonblocking(true)?;
+        Ok(Self { listener: TcpListener::from_std(listener)?, house })
     }
 
     /// Returns what it listens for.
@@ -186,18 +274,18 @@ impl Server {
     pub async fn serve(&self, shutdown: impl Future<Output = ()>, hurry: impl Future<Output = ()>) {
         let closing = CancellationToken::new();
         let (mut shutdown, mut hurry) = (std::pin::pin!(shutdown), std::pin::pin!(hurry));
-        let (mut is_draining, mut is_hurrying) = (false, false);
-        while !(is_draining && self.house.lobby.matches() == 0) {
+        let (mut is_asked, mut is_hurrying) = (false, false);
+        while !(self.house.lobby.is_draining() && self.house.lobby.matches() == 0) {
             tokio::select! {
-                () = &mut shutdown, if !is_draining => {
-                    is_draining = true;
+                () = &mut shutdown, if !is_asked => {
+                    is_asked = true;
                     self.house.lobby.drain();
                 }
-                () = &mut hurry, if is_draining && !is_hurrying => {
+                () = &mut hurry, if is_asked && !is_hurrying => {
                     is_hurrying = true;
                     self.house.lobby.shut_down();
                 }
-                () = self.house.lobby.wait_change(), if is_draining => {}
+                () = self.house.lobby.wait_change() => {}
                 (stream, peer, slot) = self.accept() => {
                     drop(tokio::spawn(self.house.attend(stream, peer, slot, closing.clone())));
                 }

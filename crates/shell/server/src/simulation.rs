@@ -16,8 +16,10 @@ use tokio::time::Instant;
 use crate::audience::{Audience, SPECTATORS_MAX};
 use crate::connection::{ConnectionId, IN_FLIGHT_MAX, SPECTATOR_IN_FLIGHT_MAX};
 use crate::link::Link;
-use crate::lobby::Occupancy;
 use crate::matches::{RunError, Sink};
+use crate::metrics::{End, Metrics};
+use crate::occupancy::Occupancy;
+use crate::operation::Clock;
 use crate::pace::Pace;
 use crate::pool::{Player, Turn, Waker};
 use crate::recording::{Recording, RecordingError};
@@ -67,8 +69,14 @@ pub(crate) enum Event {
         /// The connection.
         connection: ConnectionId,
     },
-    /// The match is to be broken off.
+    /// The match is to be broken off, because the server goes down.
     Shutdown,
+    /// Whoever runs the server ends the match.
+    CallOff,
+    /// Whoever runs the server closes the connection at a seat.
+    PutOut(Seat),
+    /// Whoever runs the server halts the clock, or lets it go on.
+    Clock(Clock),
 }
 
 /// Where events of a match go.
@@ -112,9 +120,12 @@ pub(crate) struct Simulation {
     /// `None` in lock-step, in a pause, and before all seats have been joined.
     pace: Option<Pace>,
     is_shutting_down: bool,
+    /// Whether whoever runs the server has ended it.
+    is_called_off: bool,
     /// Where the outcome goes; `None` once it is told.
     finished: Option<oneshot::Sender<Outcome>>,
     occupancy: Arc<Occupancy>,
+    metrics: Arc<Metrics>,
     /// Time for the players to come; `None`: for ever, or they have.
     begin_within: Option<Duration>,
     /// Time for the players of a match that was taken up to come back; `None`: they have, or need not.
@@ -149,6 +160,12 @@ impl Player for Simulation {
         if let Err(error) = &outcome {
             self.break_off(error);
         }
+        self.metrics.matches_ended.count(&match &outcome {
+            Ok(Some(result)) if result.winners.is_empty() => End::Drawn,
+            Ok(Some(_)) => End::Won,
+            Ok(None) => End::BrokenOff,
+            Err(_) => End::Failed,
+        });
         if let Some(finished) = self.finished.take() {
             // Nobody listens any more if the server itself was dropped.
             let _ = finished.send(outcome);
@@ -162,6 +179,7 @@ impl Simulation {
     pub(crate) fn new(played: Played) -> Self {
         let Played { referee, id, table, recording, events, finished, occupancy, begin_within, is_resumed } =
             played;
+        let metrics = Arc::clone(occupancy.metrics());
         let return_within = is_resumed.then_some(RETURN_TIMEOUT);
         Self {
             referee,
@@ -173,8 +191,10 @@ impl Simulation {
             start: Instant::now(),
             pace: None,
             is_shutting_down: false,
+            is_called_off: false,
             finished: Some(finished),
             occupancy,
+            metrics,
             begin_within,
             return_within,
         }
@@ -186,10 +206,15 @@ impl Simulation {
     /// What happened cannot be recorded: a match that nobody can verify does not go on.
     fn play(&mut self) -> Result<Turn, RecordingError> {
         let is_all = self.take_in();
+        self.occupancy.note_spectators(self.audience.count());
         self.tell_time();
         self.record()?;
         // Who has gone, resigned or been forfeited has no say any more.
         self.tell_pause();
+        if self.referee.have_all_joined() {
+            self.occupancy.note_begin();
+        }
+        self.occupancy.note_clock(self.referee.cycle(), self.referee.pause().on);
         let now = self.start.elapsed();
         self.review_begin(now);
         self.review_return(now);
@@ -234,14 +259,13 @@ impl Simulation {
         let Some(limit) = self.begin_within else { return };
         if self.referee.have_all_joined() {
             self.begin_within = None;
-            self.occupancy.note_begin();
         } else if now >= limit {
             self.is_shutting_down = true;
         }
     }
 
     fn is_over(&self) -> bool {
-        self.referee.result().is_some() || self.is_shutting_down
+        self.referee.result().is_some() || self.is_shutting_down || self.is_called_off
     }
 
     /// Tells everybody how it ended, and ends the recording.
@@ -252,7 +276,7 @@ impl Simulation {
         };
         self.close(&last);
         if let Some(recording) = self.recording.take() {
-            recording.end(self.referee.result().is_some())?;
+            recording.end(self.referee.result().is_some() || self.is_called_off)?;
         }
         Ok(self.referee.result().cloned())
     }
@@ -270,6 +294,9 @@ impl Simulation {
     }
 
     fn reason_to_break_off(&self) -> Refused {
+        if self.is_called_off {
+            return Refused::Operator;
+        }
         match self.begin_within {
             Some(limit) if self.start.elapsed() >= limit => {
                 Refused::NotBegun { seconds: u32::try_from(limit.as_secs()).unwrap_or(u32::MAX) }
@@ -322,7 +349,11 @@ impl Simulation {
         if !self.referee.is_ready() {
             return Ok(());
         }
+        if let Some(pace) = &self.pace {
+            self.metrics.lateness_seconds.record(now.saturating_sub(pace.due()));
+        }
         if let Some(periods) = self.pace.as_mut().and_then(|pace| pace.handle_step(now)) {
+            self.metrics.cycles_put_off.add(periods);
             tracing::warn!(
                 cycle = self.referee.cycle().0,
                 periods,
@@ -339,6 +370,7 @@ impl Simulation {
             self.send_delta(seat);
         }
         self.send_to_spectators();
+        self.metrics.cycle_seconds.record(self.start.elapsed().saturating_sub(now));
         Ok(())
     }
 
@@ -367,6 +399,10 @@ impl Simulation {
                 }
             }
             Event::Shutdown => self.is_shutting_down = true,
+            Event::CallOff => self.is_called_off = true,
+            Event::PutOut(seat) => self.remove(seat, Refused::Operator),
+            Event::Clock(Clock::Halt) => self.referee.halt(),
+            Event::Clock(Clock::GoOn) => self.referee.release(),
         }
     }
 
@@ -380,6 +416,7 @@ impl Simulation {
             Ok(seat) => seat,
             Err(reason) => {
                 tracing::info!(connection = connection.0, client = hello.client, %reason, "refused");
+                self.metrics.refused.count(&reason);
                 return link.refuse(reason);
             }
         };
@@ -472,6 +509,9 @@ impl Simulation {
 
     fn send_delta(&mut self, seat: Seat) {
         if let Some(delta) = self.referee.take_delta(seat) {
+            for result in &delta.results {
+                self.metrics.results.count(&result.outcome);
+            }
             self.send(seat, &ServerMessage::Delta(delta));
         }
     }
@@ -486,6 +526,7 @@ impl Simulation {
     fn remove(&mut self, seat: Seat, reason: Refused) {
         if let Some(link) = self.table.leave(seat) {
             tracing::warn!(seat = seat.0, cycle = self.referee.cycle().0, %reason, "removed");
+            self.metrics.refused.count(&reason);
             link.refuse(reason);
             self.note_leave(seat);
         }

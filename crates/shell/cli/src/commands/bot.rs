@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 use maniple_bots::bot_seed;
-use maniple_client::{Client, Login};
+use maniple_client::{Client, Destination, Login};
 use maniple_view::{MatchResult, Seat};
 use serde::Serialize;
 
@@ -22,10 +22,11 @@ struct Ended {
 pub(crate) fn run(arguments: &Bot) -> Result<(), Failure> {
     // A name that does not exist is told before anybody is bothered with a connection.
     maniple_bots::make(&arguments.name, 0).map_err(|error| Failure::usage(error.to_string()))?;
+    let server = arguments.tls.server(arguments.connect)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
     let ended = runtime
         .map_err(Failure::failed)?
-        .block_on(play(arguments))
+        .block_on(play(arguments, server))
         .with_context(|| format!("the match at {}", arguments.connect))
         .map_err(Failure::Failed)?;
     print(Format::of(&arguments.json), &ended, |ended| {
@@ -33,13 +34,13 @@ pub(crate) fn run(arguments: &Bot) -> Result<(), Failure> {
     })
 }
 
-async fn play(arguments: &Bot) -> anyhow::Result<Ended> {
+async fn play(arguments: &Bot, server: Destination) -> anyhow::Result<Ended> {
     let login = Login {
         client: maniple_server::BUILD.to_owned(),
         player: arguments.name.clone(),
         token: arguments.token.clone(),
     };
-    let mut client = Client::connect(&arguments.connect.to_string(), login).await?;
+    let mut client = Client::connect(server, login).await?;
     let seat = client.seat();
     let mut bot = maniple_bots::make(&arguments.name, bot_seed(arguments.seed, seat))?;
     bot.on_start(seat, client.rules(), client.terrain());

@@ -1,17 +1,26 @@
 //! `maniple serve`: matches that clients join over TCP.
 
+mod check;
+mod operate;
+
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::net::TcpListener;
 use std::path::Path;
 use std::thread::available_parallelism;
 
 use anyhow::Context;
 use maniple_game::scenario::{Spectators, Views};
 use maniple_game::{Loaded, Overrides};
-use maniple_server::{Access, House, Journals, Limits, Match, Offer, SYNC_INTERVAL, Server};
+use maniple_server::settings::{Configuration, MayCreate, Settings};
+use maniple_server::tls;
+use maniple_server::{Access, House, Journals, Match, Offer, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
 
-use crate::arguments::{Clock, Serve};
+use crate::arguments::Serve;
+use crate::commands::serve::operate::Operators;
+use crate::configuration::failure;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::{Format, note, print};
@@ -29,6 +38,8 @@ struct Opened {
     seats: Vec<OpenSeat>,
     /// What may be watched; null: nothing.
     spectators: Option<Watchable>,
+    /// Where health, metrics and matches are asked for; null: nowhere.
+    http: Option<String>,
 }
 
 /// What spectators may watch.
@@ -91,32 +102,88 @@ impl Ended {
 }
 
 /// Runs `maniple serve`.
-pub(crate) fn run(arguments: &Serve) -> Result<(), Failure> {
+pub(crate) fn run(arguments: &Serve, configuration: &Configuration) -> Result<(), Failure> {
+    let settings = configuration.settings().map_err(failure)?;
+    refuse_what_does_not_go_together(arguments, &settings)?;
+    if arguments.configuration.print_config {
+        return check::print_configuration(arguments, configuration);
+    }
+    if arguments.configuration.check {
+        return check::check(arguments, configuration, &settings);
+    }
+    let inherited = operate::inherited()?;
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build();
-    runtime.map_err(Failure::failed)?.block_on(serve(arguments))
+    runtime.map_err(Failure::failed)?.block_on(serve(arguments, &settings, inherited))
 }
 
-async fn serve(arguments: &Serve) -> Result<(), Failure> {
+/// Returns an error for flags that say nothing to what the configuration says.
+fn refuse_what_does_not_go_together(arguments: &Serve, settings: &Settings) -> Result<(), Failure> {
+    if settings.journal.directory.is_some() && arguments.replay.is_some() {
+        let text =
+            "--replay: with journal.directory the replay is in its folder `finished`; leave --replay away";
+        return Err(Failure::usage(text.to_owned()));
+    }
+    let of_one_match = [
+        ("--scenario", arguments.scenario.is_some()),
+        ("--map", arguments.map.is_some()),
+        ("--seed", arguments.seed.is_some()),
+        ("--once", arguments.once),
+    ];
+    match of_one_match.iter().find(|(_, is_given)| *is_given && has_lobby(arguments, settings)) {
+        Some((flag, _)) => Err(Failure::usage(format!(
+            "{flag} is for one match after the other, but lobby.scenarios lets clients create them; leave one of the two away"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Returns whether clients create the matches.
+fn has_lobby(arguments: &Serve, settings: &Settings) -> bool {
+    !arguments.lobby.is_empty() || !settings.lobby.scenarios.is_empty()
+}
+
+async fn serve(
+    arguments: &Serve,
+    settings: &Settings,
+    inherited: Option<TcpListener>,
+) -> Result<(), Failure> {
     let interrupt = Interrupt::listen().await;
-    let server = open(arguments)?;
+    let server = open(arguments, settings, inherited)?;
+    // To read journals takes a while, in which operators want to know that it goes on.
+    let operators = Operators::admit(arguments, settings, &server, interrupt.clone()).await?;
     let resumed = server.house().lobby().resume().map_err(Failure::failed)?;
     for error in &resumed.errors {
         note(&format!("a match is not taken up: {error}"));
     }
-    if arguments.lobby.is_empty() {
-        let outcome = play(arguments, &server, resumed.matches, interrupt).await;
+    let outcome = attend(arguments, settings, &operators, &server, (resumed.matches, interrupt)).await;
+    operators.dismiss().await;
+    outcome
+}
+
+async fn attend(
+    arguments: &Serve,
+    settings: &Settings,
+    operators: &Operators,
+    server: &Server,
+    (resumed, interrupt): (Vec<Match>, Interrupt),
+) -> Result<(), Failure> {
+    let is_kept = settings.journal.directory.is_some();
+    if !has_lobby(arguments, settings) {
+        let outcome = play(arguments, operators, server, (resumed, interrupt, is_kept)).await;
         // Whatever the outcome, the clients have been told something.
         server.wait_closed().await;
         return outcome;
     }
-    for game in resumed.matches {
+    for game in resumed {
         note(&format!("match {} goes on at cycle {}", game.id(), game.cycle()));
         server.house().lobby().go_on(game).map_err(Failure::failed)?;
     }
     let address = server.local_addr().map_err(Failure::failed)?.to_string();
-    print(Format::of(&arguments.json), &Listening { address }, |it| format!("listening {}\n", it.address))?;
+    let listening = Listening { address, http: operators.http() };
+    operators.tell_ready(&listening.address);
+    print(Format::of(&arguments.json), &listening, |it| format!("listening {}\n", it.address))?;
     let (mut first, mut second) = (interrupt.clone(), interrupt);
-    server.serve(first.wait(), second.wait_again(arguments.journal.is_some())).await;
+    server.serve(first.wait(), second.wait_again(is_kept)).await;
     Ok(())
 }
 
@@ -124,16 +191,38 @@ async fn serve(arguments: &Serve) -> Result<(), Failure> {
 #[derive(Debug, Serialize)]
 struct Listening {
     address: String,
+    /// Where health, metrics and matches are asked for; null: nowhere.
+    http: Option<String>,
 }
 
-fn open(arguments: &Serve) -> Result<Server, Failure> {
-    let journals = arguments.journal.as_deref().map(|folder| Journals::open(folder, SYNC_INTERVAL));
+fn open(arguments: &Serve, settings: &Settings, inherited: Option<TcpListener>) -> Result<Server, Failure> {
+    let kept = settings.journal.directory.as_deref();
+    let journals = kept.map(|folder| Journals::open(folder, settings.journal.sync_interval));
     let journals = journals.transpose().map_err(Failure::failed)?;
-    let offers = arguments.lobby.iter().map(|path| offer(path)).collect::<Result<_, _>>()?;
+    let mut offers = BTreeMap::new();
+    for path in &arguments.lobby {
+        let (name, offer) = offer(path)?;
+        offers.insert(name, offer);
+    }
+    for (name, path) in &settings.lobby.scenarios {
+        offers.insert(name.clone(), offer(path)?.1);
+    }
     let threads = available_parallelism().map_or(1, usize::from);
-    let house = House::new(Limits::default(), offers, journals, threads).map_err(Failure::failed)?;
-    Server::open(arguments.listen, house)
-        .with_context(|| format!("cannot listen on {}", arguments.listen))
+    let house = House::new(settings.limits, offers, journals, threads).map_err(Failure::failed)?;
+    let house = match &settings.listen.tls {
+        Some(files) => house.encrypted(tls::acceptor(files).map_err(Failure::bad_input)?),
+        None => house,
+    };
+    let house = match settings.lobby.create {
+        MayCreate::Anyone => house,
+        MayCreate::Admin => house.closed_to_clients(),
+    };
+    if let Some(listener) = inherited {
+        return Server::over(listener, house).map_err(Failure::failed);
+    }
+    let address = settings.listen.address;
+    Server::open(address, house)
+        .with_context(|| format!("cannot listen on {address}"))
         .map_err(Failure::Failed)
 }
 
@@ -146,9 +235,9 @@ fn offer(path: &Path) -> Result<(String, Offer), Failure> {
 /// Plays one match after the other.
 async fn play(
     arguments: &Serve,
+    operators: &Operators,
     server: &Server,
-    resumed: Vec<Match>,
-    mut interrupt: Interrupt,
+    (resumed, mut interrupt, is_kept): (Vec<Match>, Interrupt, bool),
 ) -> Result<(), Failure> {
     let mut seed = arguments.seed;
     let mut access = None;
@@ -158,13 +247,13 @@ async fn play(
             Some(game) => {
                 seed = Some(game.seed().wrapping_add(1));
                 note(&format!("match {} goes on at cycle {}", game.id(), game.cycle()));
-                tell(arguments, &game, server)?;
+                tell(arguments, operators, &game, server)?;
                 game
             }
             None => {
                 let game = prepare(arguments, seed, access.take())?;
                 seed = Some(game.seed().wrapping_add(1));
-                tell(arguments, &game, server)?;
+                tell(arguments, operators, &game, server)?;
                 game
             }
         };
@@ -172,10 +261,17 @@ async fn play(
         access = Some(game.access().to_vec());
         let result = server.run(game, interrupt.wait()).await.map_err(Failure::failed)?;
         let Some(result) = result else {
-            return if arguments.journal.is_some() { Ok(()) } else { Err(Failure::Interrupted) };
+            if interrupt.has_come() {
+                return if is_kept { Ok(()) } else { Err(Failure::Interrupted) };
+            }
+            if arguments.once || server.house().lobby().is_draining() {
+                return Ok(());
+            }
+            // Whoever runs the server has ended this one.
+            continue;
         };
         print(Format::of(&arguments.json), &Ended { id, result }, Ended::text)?;
-        if arguments.once {
+        if arguments.once || server.house().lobby().is_draining() {
             return Ok(());
         }
         if interrupt.has_come() {
@@ -186,15 +282,11 @@ async fn play(
 
 /// Loads the next match, with the tokens of the match before if there was one.
 fn prepare(arguments: &Serve, seed: Option<u64>, access: Option<Vec<Access>>) -> Result<Match, Failure> {
-    let clock = match arguments.clock {
-        Clock::Realtime => ClockMode::Realtime,
-        Clock::Lockstep => ClockMode::Lockstep,
-    };
     let asked =
         Overrides { map: start::map_path(arguments.map.as_deref()), seed, ..arguments.profile.overrides()? };
     let loaded = start::loaded(arguments.scenario.as_deref(), &asked)?;
     note(&models::line(&loaded));
-    let referee = start::referee(loaded, clock)?;
+    let referee = start::referee(loaded, arguments.clock.mode())?;
     let game = match access {
         Some(access) => Match::new(referee, access),
         None => Match::with_random_tokens(referee),
@@ -207,7 +299,7 @@ fn prepare(arguments: &Serve, seed: Option<u64>, access: Option<Vec<Access>>) ->
 }
 
 /// Tells who may join a match.
-fn tell(arguments: &Serve, game: &Match, server: &Server) -> Result<(), Failure> {
+fn tell(arguments: &Serve, operators: &Operators, game: &Match, server: &Server) -> Result<(), Failure> {
     let open_seat = |(seat, access): (u16, &Access)| OpenSeat {
         seat: Seat(seat),
         token: match access {
@@ -224,7 +316,9 @@ fn tell(arguments: &Serve, game: &Match, server: &Server) -> Result<(), Failure>
         clock: game.clock(),
         seats: (0..).zip(game.access()).map(open_seat).collect(),
         spectators: scenario.spectators.map(Watchable::of),
+        http: operators.http(),
     };
+    operators.tell_ready(&opened.address);
     print(Format::of(&arguments.json), &opened, Opened::text)
 }
 

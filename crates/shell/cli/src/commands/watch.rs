@@ -19,8 +19,8 @@ async fn watch(arguments: &Watch) -> Result<(), Failure> {
     let format = if arguments.json { Format::Json } else { Format::Text };
     let view = arguments.seat.map_or(Vantage::Everything, |seat| Vantage::Seat(Seat(seat)));
     let place = || format!("the match at {}", arguments.connect);
-    let address = arguments.connect.to_string();
-    let spectator = Spectator::watch(&address, maniple_server::BUILD, view).await;
+    let server = arguments.tls.server(arguments.connect)?;
+    let spectator = Spectator::watch(server, maniple_server::BUILD, view).await;
     let mut spectator = spectator.with_context(place).map_err(Failure::Failed)?;
     let delay = spectator.delay();
     note(&format!("watching {view}, {delay} cycles behind; nothing comes before the match is so old"));

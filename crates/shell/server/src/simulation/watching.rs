@@ -19,6 +19,7 @@ impl Simulation {
             Ok(beginning) => beginning,
             Err(reason) => {
                 tracing::info!(connection = connection.0, client = watch.client, %reason, "refused");
+                self.metrics.refused.count(&reason);
                 return link.refuse(reason);
             }
         };
@@ -75,6 +76,7 @@ impl Simulation {
     fn remove_spectator(&mut self, connection: ConnectionId, reason: Refused) {
         if let Some(link) = self.audience.leave(connection) {
             tracing::warn!(connection = connection.0, %reason, "a spectator is removed");
+            self.metrics.refused.count(&reason);
             link.refuse(reason);
         }
     }

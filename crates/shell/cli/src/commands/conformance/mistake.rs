@@ -201,6 +201,7 @@ fn expected_instead(reason: &Refused) -> String {
         | Refused::Draining
         | Refused::NotBegun { .. }
         | Refused::AsksTooMuch { .. }
+        | Refused::Operator
         | Refused::Replaced
         | Refused::TooSlow
         | Refused::Shutdown

@@ -1,0 +1,134 @@
+//! Who is at a match and how far it is, as its simulation tells it.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+
+use maniple_geometry::Cycle;
+use maniple_view::Seat;
+
+use crate::metrics::Metrics;
+use crate::operation::Phase;
+
+/// Who is there, and how far the match is. It also keeps the count of players and spectators of the daemon.
+#[derive(Debug)]
+pub(crate) struct Occupancy {
+    metrics: Arc<Metrics>,
+    /// A bit a seat.
+    taken: AtomicU64,
+    spectators: AtomicU32,
+    has_begun: AtomicBool,
+    is_paused: AtomicBool,
+    cycle: AtomicU32,
+}
+
+impl Occupancy {
+    /// Returns that nobody is there.
+    pub(crate) fn new(metrics: Arc<Metrics>) -> Self {
+        Self {
+            metrics,
+            taken: AtomicU64::new(0),
+            spectators: AtomicU32::new(0),
+            has_begun: AtomicBool::new(false),
+            is_paused: AtomicBool::new(false),
+            cycle: AtomicU32::new(0),
+        }
+    }
+
+    /// Returns what the daemon counts.
+    pub(crate) fn metrics(&self) -> &Arc<Metrics> {
+        &self.metrics
+    }
+
+    /// Notes whether somebody sits at a seat.
+    pub(crate) fn note_seat(&self, seat: Seat, is_taken: bool) {
+        let bit = 1u64 << (seat.index() % 64);
+        let before = if is_taken {
+            self.taken.fetch_or(bit, Ordering::Relaxed)
+        } else {
+            self.taken.fetch_and(!bit, Ordering::Relaxed)
+        };
+        let was_taken = before & bit != 0;
+        self.metrics.players.change(i64::from(is_taken) - i64::from(was_taken));
+    }
+
+    /// Notes how many watch.
+    pub(crate) fn note_spectators(&self, count: usize) {
+        let count = u32::try_from(count).expect("there is a limit to spectators");
+        let before = self.spectators.swap(count, Ordering::Relaxed);
+        self.metrics.spectators.change(i64::from(count) - i64::from(before));
+    }
+
+    /// Notes that all seats have been joined.
+    pub(crate) fn note_begin(&self) {
+        self.has_begun.store(true, Ordering::Relaxed);
+    }
+
+    /// Notes the cycle, and whether the clock stands still.
+    pub(crate) fn note_clock(&self, cycle: Cycle, is_paused: bool) {
+        self.cycle.store(cycle.0, Ordering::Relaxed);
+        self.is_paused.store(is_paused, Ordering::Relaxed);
+    }
+
+    /// Returns whether somebody sits at a seat.
+    pub(crate) fn is_taken(&self, seat: usize) -> bool {
+        self.taken.load(Ordering::Relaxed) & (1 << (seat % 64)) != 0
+    }
+
+    /// Returns how many watch.
+    pub(crate) fn spectators(&self) -> u32 {
+        self.spectators.load(Ordering::Relaxed)
+    }
+
+    /// Returns whether all seats have been joined.
+    pub(crate) fn has_begun(&self) -> bool {
+        self.has_begun.load(Ordering::Relaxed)
+    }
+
+    /// Returns the cycle.
+    pub(crate) fn cycle(&self) -> u32 {
+        self.cycle.load(Ordering::Relaxed)
+    }
+
+    /// Returns where the match is.
+    pub(crate) fn phase(&self) -> Phase {
+        if self.is_paused.load(Ordering::Relaxed) {
+            Phase::Paused
+        } else if self.has_begun() {
+            Phase::Running
+        } else {
+            Phase::Open
+        }
+    }
+}
+
+/// Whoever is still there is there no more.
+impl Drop for Occupancy {
+    fn drop(&mut self) {
+        let players = self.taken.load(Ordering::Relaxed).count_ones();
+        self.metrics.players.change(-i64::from(players));
+        self.metrics.spectators.change(-i64::from(self.spectators()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_there_is_counted_once_until_the_match_is_gone() {
+        let metrics = Arc::new(Metrics::default());
+        let occupancy = Occupancy::new(Arc::clone(&metrics));
+        let count = || (metrics.players.value(), metrics.spectators.value());
+        for (seat, is_taken, players) in
+            [(0, true, 1), (0, true, 1), (3, true, 2), (1, false, 2), (0, false, 1)]
+        {
+            occupancy.note_seat(Seat(seat), is_taken);
+            assert_eq!(count(), (players, 0));
+        }
+        occupancy.note_spectators(5);
+        occupancy.note_spectators(4);
+        assert_eq!(count(), (1, 4));
+        drop(occupancy);
+        assert_eq!(count(), (0, 0));
+    }
+}
