@@ -57,7 +57,7 @@ async fn a_match_goes_on_to_the_same_end_however_often_the_daemon_is_killed() {
     let replay = read_replay(&std::fs::read(replay.path()).unwrap()).unwrap();
     assert_eq!(replay.ended.as_ref(), Some(&expected));
     let is_hash = |record: &&Record| matches!(record, Record::Cycle { .. });
-    assert_eq!(replay.records.iter().filter(is_hash).count() as u32, expected.cycles.0 + 1);
+    assert_eq!(replay.records.iter().filter(is_hash).count(), expected.cycles.0 as usize + 1);
 }
 
 /// The program under test.

@@ -165,10 +165,10 @@ async fn broken_off(folder: &Path, cycles: u32) -> (String, Vec<u8>) {
         server.run(game, shutdown).await
     });
     let mut clients = Vec::new();
-    for (seat, token) in tokens.iter().enumerate() {
+    for (seat, token) in (0..).zip(&tokens) {
         clients.push((
-            Client::connect(&address, login(seat, token)).await.unwrap(),
-            bot("straight", seat as u16),
+            Client::connect(&address, login(usize::from(seat), token)).await.unwrap(),
+            bot("straight", seat),
         ));
     }
     for (client, bot) in &mut clients {

@@ -4,6 +4,7 @@ mod admin;
 mod configuration;
 mod conformance;
 mod generate;
+mod load;
 mod profile;
 mod tls;
 mod tournament;
@@ -21,6 +22,7 @@ pub(crate) use admin::Admin;
 pub(crate) use configuration::ConfigurationArguments;
 pub(crate) use conformance::{ConformanceCommand, ConformanceServe};
 pub(crate) use generate::MapGenerate;
+pub(crate) use load::BenchLoad;
 pub(crate) use profile::ProfileArguments;
 pub(crate) use tls::TlsArguments;
 pub(crate) use tournament::ManyArguments;
@@ -371,6 +373,10 @@ pub(crate) enum BenchCommand {
     /// deltas, with the bound that no encoding goes below
     #[command(after_help = "Example: maniple bench wire --scenario config/scenarios/orts4.toml --cycles 400")]
     Wire(BenchWire),
+    /// Put a daemon under load: matches of bots, spectators, and connections that mean it ill; how late its cycles are, and what it
+    /// takes in bytes, time and memory
+    #[command(after_help = "Example: maniple bench load --clients 4000 --matches 64 --hostile 1000")]
+    Load(BenchLoad),
 }
 
 #[derive(Debug, Args)]

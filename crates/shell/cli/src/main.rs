@@ -22,7 +22,7 @@ use std::process::ExitCode;
 use clap::Parser;
 use maniple_server::settings::Configuration;
 
-use crate::arguments::{Arguments, Command};
+use crate::arguments::{Arguments, BenchCommand, Command};
 use crate::failure::Failure;
 
 fn main() -> ExitCode {
@@ -61,7 +61,7 @@ fn run(command: Command, configuration: &Configuration) -> Result<(), Failure> {
 /// Returns whether a command has something to do when it is interrupted.
 fn minds_interrupts(command: &Command) -> bool {
     match command {
-        Command::Serve(_) => true,
+        Command::Serve(_) | Command::Bench(BenchCommand::Load(_)) => true,
         Command::Match(play) => play.many.count.is_some(),
         Command::Map(_)
         | Command::Simulate(_)

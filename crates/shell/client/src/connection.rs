@@ -88,6 +88,15 @@ impl Talk {
         }
     }
 
+    /// Waits for the next message, which is no refusal.
+    pub(crate) async fn answer(&mut self) -> Result<ServerMessage, ClientError> {
+        let answer = self.next().await?;
+        if let ServerMessage::Refused { reason } = answer {
+            return Err(ClientError::Refused(reason));
+        }
+        Ok(answer)
+    }
+
     /// Waits for the next message. A wait that is given up loses nothing.
     pub(crate) async fn next(&mut self) -> Result<ServerMessage, ClientError> {
         loop {
@@ -128,11 +137,9 @@ impl Connection {
             talk.say(enter).await?;
         }
         talk.say(first).await?;
-        let welcome = match talk.next().await? {
-            ServerMessage::Welcome(welcome) => welcome,
-            ServerMessage::Refused { reason } => return Err(ClientError::Refused(reason)),
-            other => return Err(unexpected(other.name(), "the welcome")),
-        };
+        let answer = talk.answer().await?;
+        let name = answer.name();
+        let ServerMessage::Welcome(welcome) = answer else { return Err(unexpected(name, "the welcome")) };
         let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
         Ok(Self { talk, welcome, view })
     }

@@ -52,11 +52,12 @@ impl Lobby {
     /// A connection that is closed or broken, or a server that refuses.
     pub async fn list(&mut self) -> Result<Matches, ClientError> {
         self.talk.say(&ClientMessage::List { protocol: PROTOCOL }).await?;
-        match self.talk.next().await? {
-            ServerMessage::Matches { scenarios, list } => Ok(Matches { scenarios, list }),
-            ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
-            other => Err(unexpected(other.name(), "the list of matches")),
-        }
+        let answer = self.talk.answer().await?;
+        let name = answer.name();
+        let ServerMessage::Matches { scenarios, list } = answer else {
+            return Err(unexpected(name, "the list of matches"));
+        };
+        Ok(Matches { scenarios, list })
     }
 
     /// Asks for a match of a scenario, with seats that anybody may take or with a token for each.
@@ -71,10 +72,11 @@ impl Lobby {
     ) -> Result<Created, ClientError> {
         let create = Create { protocol: PROTOCOL, scenario: scenario.to_owned(), clock, open };
         self.talk.say(&ClientMessage::Create(create)).await?;
-        match self.talk.next().await? {
-            ServerMessage::Created { match_id, tokens } => Ok(Created { match_id, tokens }),
-            ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
-            other => Err(unexpected(other.name(), "the new match")),
-        }
+        let answer = self.talk.answer().await?;
+        let name = answer.name();
+        let ServerMessage::Created { match_id, tokens } = answer else {
+            return Err(unexpected(name, "the new match"));
+        };
+        Ok(Created { match_id, tokens })
     }
 }

@@ -2,6 +2,7 @@
 
 mod absent;
 mod broad;
+mod load;
 mod march;
 mod scale;
 mod tradeoff;
@@ -20,6 +21,7 @@ pub(crate) fn run(command: &BenchCommand) -> Result<(), Failure> {
         BenchCommand::Absent(arguments) => absent::run(arguments),
         BenchCommand::Tradeoff(arguments) => tradeoff::run(arguments),
         BenchCommand::Wire(arguments) => wire::run(arguments),
+        BenchCommand::Load(arguments) => load::run(arguments),
     }
 }
 

@@ -97,12 +97,10 @@ impl Journals {
 /// Checks that what is behind the last whole record is the beginning of another, or nothing: all else was altered.
 fn check_tail(partial: &Partial, bytes: &[u8]) -> Result<(), String> {
     let Some(fault) = &partial.fault else { return Ok(()) };
-    match fault.problem {
-        ReplayProblem::Unfinished | ReplayProblem::Cut => Ok(()),
-        // What the disk had made room for when the power went.
-        _ if bytes[partial.whole_bytes..].iter().all(|&byte| byte == 0) => Ok(()),
-        _ => Err(fault.to_string()),
-    }
+    // Zeros: what the disk had made room for when the power went.
+    let is_torn = matches!(fault.problem, ReplayProblem::Unfinished | ReplayProblem::Cut)
+        || bytes[partial.whole_bytes..].iter().all(|&byte| byte == 0);
+    if is_torn { Ok(()) } else { Err(fault.to_string()) }
 }
 
 /// Plays a match again up to where its journal ends.
