@@ -11,6 +11,7 @@ mod commands;
 mod configuration;
 mod conformance;
 mod crash;
+mod faults;
 mod fog;
 mod generate;
 mod journal;

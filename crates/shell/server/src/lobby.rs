@@ -116,11 +116,11 @@ impl Lobby {
         self.journals.as_ref().map_or_else(|| Ok(Resumed::default()), Journals::resume)
     }
 
-    /// Takes in a match that goes on, beside the others.
+    /// Takes in a match, new or one that goes on, beside the others.
     ///
     /// # Errors
     /// What cannot be recorded.
-    pub fn go_on(self: &Arc<Self>, game: Match) -> Result<(), RunError> {
+    pub fn take_in(self: &Arc<Self>, game: Match) -> Result<(), RunError> {
         let opened = self.open(game, None, None)?;
         self.let_go_on(opened);
         Ok(())

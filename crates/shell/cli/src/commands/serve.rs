@@ -176,7 +176,7 @@ async fn attend(
     }
     for game in resumed {
         note(&format!("match {} goes on at cycle {}", game.id(), game.cycle()));
-        server.house().lobby().go_on(game).map_err(Failure::failed)?;
+        server.house().lobby().take_in(game).map_err(Failure::failed)?;
     }
     let address = server.local_addr().map_err(Failure::failed)?.to_string();
     let listening = Listening { address, http: operators.http() };

@@ -162,14 +162,18 @@ fn by_label(text: &str, name: &str) -> BTreeMap<String, u64> {
     text.lines().filter_map(count).collect()
 }
 
+/// Seconds that a match lasts: as long as one may.
+const LENGTH_SECONDS: u32 = 86_400;
+
 /// Returns a scenario for matches that go on: two seats, eight units each, which the bots send about.
 fn scenario(rate: f64) -> String {
     let seat = "{ groups = [{ unit = 'a', count = 8 }] }";
     format!(
         "name = '{SCENARIO}'\nmap = 'load.map'\nseed = 5\nrate = {rate}\nlength_seconds = {}\n\
          seat = [{seat}, {seat}]\nspectators = {{ views = 'all', delay_seconds = 0 }}\nvision = {{}}\n\
+         objective = {{ kind = 'resources' }}\n\
          unit.a = {{ radius = 0.3, speed = 2, sight = 5 }}\n",
-        (1e6 / rate).floor()
+        LENGTH_SECONDS
     )
 }
 
