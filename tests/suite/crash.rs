@@ -93,6 +93,7 @@ impl Daemon {
 
 /// Plays a seat to the end of the match, and comes back each time that the connection breaks.
 async fn play(address: String, seat: usize, token: String, seen: Arc<AtomicU32>) -> MatchResult {
+    let mut told = 0;
     loop {
         let Ok(mut client) = Client::connect(&address, login(seat, &token)).await else {
             tokio::time::sleep(Duration::from_millis(2)).await;
@@ -102,6 +103,8 @@ async fn play(address: String, seat: usize, token: String, seen: Arc<AtomicU32>)
             match event {
                 Event::Cycle(delta) => {
                     seen.fetch_max(delta.cycle.0, Ordering::Relaxed);
+                    assert!(delta.cycle.0 >= told, "told of cycle {told}, and then of {}", delta.cycle);
+                    told = delta.cycle.0;
                     let commands = decide(client.view(), client.seat());
                     if client.send(commands).await.is_err() || client.done().await.is_err() {
                         break;

@@ -12,6 +12,8 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use maniple_client::{Client, Event, Spectator};
+use maniple_game::{Files, Loaded, LoadedFile, Overrides, load};
+use maniple_geometry::Cycle;
 use maniple_protocol::read_replay;
 use maniple_referee::Referee;
 use maniple_server::{Access, House, Journals, Limits, Match, Token, events};
@@ -21,7 +23,7 @@ use tokio_util::sync::CancellationToken;
 use turmoil::net::{TcpListener, TcpStream};
 use turmoil::{Builder, Sim};
 
-use crate::arena::{bot, loaded, login};
+use crate::arena::{bot, login, tiny};
 use crate::commands::folder;
 
 /// Seeds of the ordinary run; `MANIPLE_SEEDS=1000` plays as many, `MANIPLE_SEED=7` the one with this number.
@@ -110,6 +112,10 @@ impl Dice {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) % limit
     }
+
+    fn below_usize(&mut self, limit: u64) -> usize {
+        usize::try_from(self.below(limit)).unwrap()
+    }
 }
 
 /// What all in a simulation share.
@@ -119,13 +125,29 @@ struct Shared {
     opened: Option<(Digest, Vec<String>)>,
     /// By client, what is left of a fault that it has to play itself: reading nothing for so long, and connections to be made.
     slow: BTreeMap<String, Duration>,
-    storms: BTreeMap<String, u32>,
+    storms: BTreeMap<String, usize>,
     clock_jump: Option<Duration>,
     fired: Vec<Fault>,
     /// By client, what it saw last.
     ended: BTreeMap<String, (MatchResult, View)>,
+    /// By client, the last cycle of which it was told.
+    told: BTreeMap<String, Cycle>,
     /// By client, whether it has been welcomed since the last fault of its own.
     is_connected: BTreeMap<String, bool>,
+    /// By client, why it did not get in the last time that it did not.
+    refusals: BTreeMap<String, String>,
+}
+
+impl Shared {
+    fn text(&self) -> String {
+        format!(
+            "{:?} have ended; {:?}; {:?}; {:?}",
+            self.ended.keys(),
+            self.fired,
+            self.is_connected,
+            self.refusals
+        )
+    }
 }
 
 type Board = Rc<RefCell<Shared>>;
@@ -150,11 +172,7 @@ fn play(seed: u64) -> Vec<Fault> {
     let mut next = Duration::from_secs(2);
     let mut healing: Vec<(Duration, Healing)> = Vec::new();
     while board.borrow().ended.len() < 3 {
-        assert!(
-            sim.elapsed() < LONGEST,
-            "seed {seed}: not over; {:?} have ended",
-            board.borrow().ended.keys()
-        );
+        assert!(sim.elapsed() < LONGEST, "seed {seed}: not over for all: {}", board.borrow().text());
         sim.step().unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         let now = sim.elapsed();
         for (_, healing) in healing.extract_if(.., |(at, _)| *at <= now) {
@@ -169,6 +187,15 @@ fn play(seed: u64) -> Vec<Fault> {
     drop(sim);
     std::fs::remove_dir_all(&folder).unwrap();
     board.borrow().fired.clone()
+}
+
+/// Returns the start of the match, which lasts its whole length whatever the players do.
+fn start() -> Loaded {
+    let (scenario, map) = tiny(SCENARIO);
+    let scenario = scenario.replace("kind = 'race', zone_size = 3", "kind = 'resources'");
+    let file = |path: &str, text: String| LoadedFile { path: path.to_owned(), bytes: text.into_bytes() };
+    let files = Files(vec![file("tiny.toml", scenario), file("tiny.map", map)]);
+    load(&files, "tiny.toml", &Overrides::default()).unwrap()
 }
 
 /// What has to be done so that a fault is over.
@@ -188,8 +215,8 @@ impl Healing {
 
 /// Lets something fail; returns when it is over, and how, if it does not end by itself.
 fn strike(sim: &mut Sim<'_>, dice: &mut Dice, board: &Board) -> Option<(Duration, Healing)> {
-    let client = [PLAYERS[0], PLAYERS[1], SPECTATOR][dice.below(3) as usize];
-    let fault = Fault::ALL[dice.below(7) as usize];
+    let client = [PLAYERS[0], PLAYERS[1], SPECTATOR][dice.below_usize(3)];
+    let fault = Fault::ALL[dice.below_usize(7)];
     let until = sim.elapsed() + Duration::from_millis(300 + dice.below(6000));
     let is_connected = board.borrow().is_connected.get(client).copied().unwrap_or(false);
     if !is_connected || !sim.is_host_running("server") {
@@ -205,7 +232,7 @@ fn strike(sim: &mut Sim<'_>, dice: &mut Dice, board: &Board) -> Option<(Duration
             board.borrow_mut().slow.insert(client.to_owned(), Duration::from_millis(dice.below(8000)));
         }
         Fault::Storm => {
-            board.borrow_mut().storms.insert(client.to_owned(), 5 + dice.below(20) as u32);
+            board.borrow_mut().storms.insert(client.to_owned(), 5 + dice.below_usize(20));
         }
         Fault::ClockJump => {
             board.borrow_mut().clock_jump = Some(Duration::from_millis(dice.below(5000)));
@@ -238,7 +265,7 @@ async fn serve(kept: PathBuf, board: Board) -> turmoil::Result {
     let mut games = resumed.matches;
     let has_begun = board.borrow().opened.is_some();
     if !has_begun {
-        let referee = Referee::new(loaded(SCENARIO), ClockMode::Realtime)?;
+        let referee = Referee::new(start(), ClockMode::Realtime)?;
         let tokens = [Token::random()?, Token::random()?];
         let game = Match::new(referee, tokens.map(Access::Token).to_vec())?;
         let told = (game.id(), tokens.iter().map(Token::to_string).collect());
@@ -272,16 +299,21 @@ async fn player(seat: u16, board: Board) -> turmoil::Result {
         storm(name, &board).await;
         let Some(stream) = connect().await else { continue };
         let login = login(usize::from(seat), &tokens[usize::from(seat)]);
-        let Ok(Ok(mut client)) = timeout(PATIENCE, Client::over(stream, Some(id), login)).await else {
-            rest().await;
-            continue;
+        let mut client = match timeout(PATIENCE, Client::over(stream, Some(id), login)).await {
+            Ok(Ok(client)) => client,
+            other => {
+                note_refusal(name, &board, &format!("{other:?}"));
+                rest().await;
+                continue;
+            }
         };
-        let mut bot = bot("straight", seat);
+        let mut bot = bot("random", seat);
         bot.on_start(client.seat(), client.rules(), client.terrain());
         note_connected(name, &board, true);
         while let Ok(Ok(event)) = timeout(PATIENCE, client.next()).await {
             match event {
                 Event::Cycle(delta) => {
+                    note_cycle(name, &board, delta.cycle);
                     let commands = bot.on_cycle(client.view(), &delta);
                     if client.send(commands).await.is_err() {
                         break;
@@ -308,16 +340,23 @@ async fn spectator(board: Board) -> turmoil::Result {
         storm(SPECTATOR, &board).await;
         let Some(stream) = connect().await else { continue };
         let watch = Spectator::over(stream, Some(id), "suite", Vantage::Everything);
-        let Ok(Ok(mut spectator)) = timeout(PATIENCE, watch).await else {
-            rest().await;
-            continue;
+        let mut spectator = match timeout(PATIENCE, watch).await {
+            Ok(Ok(spectator)) => spectator,
+            other => {
+                note_refusal(SPECTATOR, &board, &format!("{other:?}"));
+                rest().await;
+                continue;
+            }
         };
         note_connected(SPECTATOR, &board, true);
         while let Ok(Ok(event)) = timeout(PATIENCE, spectator.next()).await {
-            if let Event::Ended(result) = event {
-                let seen = (result, spectator.view().clone());
+            if let Event::Ended(result) = &event {
+                let seen = (result.clone(), spectator.view().clone());
                 board.borrow_mut().ended.insert(SPECTATOR.to_owned(), seen);
                 return Ok(());
+            }
+            if let Event::Cycle(delta) = &event {
+                note_cycle(SPECTATOR, &board, delta.cycle);
             }
             if dawdle(SPECTATOR, &board).await == Going::Away {
                 break;
@@ -351,6 +390,18 @@ async fn connect() -> Option<TcpStream> {
 
 fn note_connected(name: &str, board: &Board, is_connected: bool) {
     board.borrow_mut().is_connected.insert(name.to_owned(), is_connected);
+}
+
+/// Notes that a client was told of a cycle. Time never goes back, whatever has happened: what was told is not taken back.
+fn note_cycle(name: &str, board: &Board, cycle: Cycle) {
+    let before = board.borrow_mut().told.insert(name.to_owned(), cycle);
+    assert!(before.is_none_or(|before| before <= cycle), "{name}: {before:?}, then {cycle}");
+}
+
+/// Keeps the last reason why a client did not get in.
+fn note_refusal(name: &str, board: &Board, reason: &str) {
+    let note = format!("at {:?}: {reason}", turmoil::sim_elapsed());
+    board.borrow_mut().refusals.insert(name.to_owned(), note);
 }
 
 /// Makes all connections of a storm, and leaves them.
@@ -390,7 +441,7 @@ fn check(seed: u64, folder: &Path, board: &Board) {
         std::fs::read_dir(finished).unwrap().map(|entry| entry.unwrap().path()).collect();
     assert_eq!(replays.len(), 1, "seed {seed}");
     let replay = read_replay(&std::fs::read(replays.remove(0)).unwrap()).unwrap();
-    let mut referee = Referee::new(loaded(SCENARIO), ClockMode::Realtime).unwrap();
+    let mut referee = Referee::new(start(), ClockMode::Realtime).unwrap();
     referee.open_stands();
     for event in events(&replay) {
         referee.handle_record(&event).unwrap();
