@@ -265,6 +265,7 @@ fn where_the_administration_alone_creates_matches_clients_do_not() {
     let id = created["created"]["match"].as_str().unwrap().parse().unwrap();
     let login = |seat: usize| Login {
         token: created["created"]["tokens"][seat].as_str().unwrap().to_owned(),
+        player: "Ada".to_owned(),
         ..Login::default()
     };
     runtime.block_on(async {
