@@ -21,6 +21,7 @@ mod maps;
 mod matches;
 mod mirror;
 mod network;
+mod operation;
 mod operations;
 mod orts;
 mod packed;

@@ -1,5 +1,7 @@
 //! The daemon as those see it who operate it: HTTP, administration, TLS, and the service manager.
 
+#![cfg(unix)]
+
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -21,7 +23,14 @@ const PATIENCE: Duration = Duration::from_secs(60);
 
 #[test]
 fn the_daemon_tells_over_http_how_it_is() {
-    let daemon = Daemon::start(maniple(&["serve", "--listen", "127.0.0.1:0", "--json", "--set", "listen.http=127.0.0.1:0"]));
+    let daemon = Daemon::start(maniple(&[
+        "serve",
+        "--listen",
+        "127.0.0.1:0",
+        "--json",
+        "--set",
+        "listen.http=127.0.0.1:0",
+    ]));
     let http = daemon.opened["http"].as_str().unwrap();
     assert!(get(http, "/healthz").ends_with("\r\n\r\nready\n"));
     assert!(get(http, "/readyz").starts_with("HTTP/1.1 200 "));
@@ -59,12 +68,23 @@ fn a_match_over_tls_is_played_and_counted() {
     fails(&["bot", "idle", "--connect", &address, "--token", &tokens[0]], 1);
     let other = rcgen::generate_simple_self_signed(["127.0.0.1".to_owned()]).unwrap();
     let other = file(&folder, "other.pem", &other.cert.pem());
-    let error = fails(&["bot", "idle", "--connect", &address, "--token", &tokens[0], "--tls", "--ca", &other], 1);
+    let error =
+        fails(&["bot", "idle", "--connect", &address, "--token", &tokens[0], "--tls", "--ca", &other], 1);
     assert!(error.contains("no TLS with 127.0.0.1"), "{error}");
     let error = fails(&["bot", "idle", "--connect", &address, "--tls", "--ca", "none.pem"], 3);
     assert!(error.contains("none.pem cannot be read"), "{error}");
     let play = |token: &str| {
-        let mut bot = maniple(&["bot", "straight", "--connect", &address, "--token", token, "--tls", "--ca", &certificate]);
+        let mut bot = maniple(&[
+            "bot",
+            "straight",
+            "--connect",
+            &address,
+            "--token",
+            token,
+            "--tls",
+            "--ca",
+            &certificate,
+        ]);
         bot.args(["--json"]).stdout(Stdio::piped()).spawn().unwrap()
     };
     let bots = [play(&tokens[0]), play(&tokens[1])];
@@ -88,7 +108,16 @@ fn a_match_over_tls_is_played_and_counted() {
 fn the_administration_acts_on_a_running_daemon() {
     let folder = folder("administration");
     // A path of a socket has about a hundred bytes at most, so it is given from the folder.
-    let serve = ["serve", "--listen", "127.0.0.1:0", "--json", "--set", "listen.admin_socket=a.sock", "--config", "server.toml"];
+    let serve = [
+        "serve",
+        "--listen",
+        "127.0.0.1:0",
+        "--json",
+        "--set",
+        "listen.admin_socket=a.sock",
+        "--config",
+        "server.toml",
+    ];
     file(&folder, "server.toml", "[limits]\nconnections = 100\n");
     let mut command = maniple(&serve);
     command.current_dir(&folder);
@@ -96,9 +125,14 @@ fn the_administration_acts_on_a_running_daemon() {
     let id = daemon.opened["match"].as_str().unwrap().to_owned();
     let admin = |arguments: &[&str]| {
         let mut command = maniple(&["admin", "--socket", "a.sock", "--json"]);
-        let output = command.args(arguments).current_dir(&folder).env_remove("MANIPLE_ADMIN_TOKEN").output().unwrap();
+        let output =
+            command.args(arguments).current_dir(&folder).env_remove("MANIPLE_ADMIN_TOKEN").output().unwrap();
         let error = String::from_utf8(output.stderr).unwrap();
-        if output.status.success() { Ok(serde_json::from_slice::<Value>(&output.stdout).unwrap()) } else { Err(error) }
+        if output.status.success() {
+            Ok(serde_json::from_slice::<Value>(&output.stdout).unwrap())
+        } else {
+            Err(error)
+        }
     };
     until(|| admin(&["list"]).unwrap()["matches"] != json!([]));
     let list = admin(&["list"]).unwrap();
@@ -122,7 +156,11 @@ fn the_administration_acts_on_a_running_daemon() {
     until(|| admin(&["list"]).unwrap()["matches"][0]["players"] == 1);
     assert_eq!(admin(&["kick", &id, "0"]).unwrap(), json!("done"));
     let output = first.wait_with_output().unwrap();
-    assert!(String::from_utf8_lossy(&output.stderr).contains("whoever runs the server has closed this connection"), "{output:?}");
+    assert!(
+        String::from_utf8_lossy(&output.stderr)
+            .contains("whoever runs the server has closed this connection"),
+        "{output:?}"
+    );
     // A banned address is put out and does not come back, until it may.
     let second = bot();
     until(|| admin(&["list"]).unwrap()["matches"][0]["players"] == 1);
@@ -207,7 +245,8 @@ fn where_the_administration_alone_creates_matches_clients_do_not() {
     let folder = folder("admin_creates");
     let duel = format!("{ROOT}/config/scenarios/duel.toml");
     let scenarios = format!("lobby.scenarios=duel={duel}");
-    let mut command = maniple(&["serve", "--listen", "127.0.0.1:0", "--json", "--set", "listen.admin_socket=a.sock"]);
+    let mut command =
+        maniple(&["serve", "--listen", "127.0.0.1:0", "--json", "--set", "listen.admin_socket=a.sock"]);
     command.args(["--set", &scenarios, "--set", "lobby.create=admin"]).current_dir(&folder);
     let daemon = Daemon::start(command);
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
@@ -226,11 +265,13 @@ fn where_the_administration_alone_creates_matches_clients_do_not() {
     let id = created["created"]["match"].as_str().unwrap().parse().unwrap();
     let login = |seat: usize| Login {
         token: created["created"]["tokens"][seat].as_str().unwrap().to_owned(),
+        player: "Ada".to_owned(),
         ..Login::default()
     };
     runtime.block_on(async {
         let destination = || Destination::of_match(daemon.address(), id);
-        let (one, other) = (Client::connect(destination(), login(0)).await, Client::connect(destination(), login(1)).await);
+        let (one, other) =
+            (Client::connect(destination(), login(0)).await, Client::connect(destination(), login(1)).await);
         assert_eq!((one.unwrap().seat(), other.unwrap().seat()), (Seat(0), Seat(1)));
     });
     let error = String::from_utf8(admin(&["create", "rush"]).stderr).unwrap();

@@ -30,12 +30,12 @@ pub enum TlsError {
         name: String,
     },
     /// A file that cannot be read.
-    #[error("{file} cannot be read: {source}; name a PEM file", file = .file.display())]
+    #[error("{file} cannot be read: {problem}; name a PEM file", file = .file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
         /// What the system says.
-        source: io::Error,
+        problem: io::Error,
     },
     /// A file that is not PEM, or holds a certificate that nobody can vouch with.
     #[error("{file} cannot be used: {problem}", file = .file.display())]
@@ -90,7 +90,7 @@ impl std::fmt::Debug for Tls {
 
 fn roots_in(file: &Path) -> Result<RootCertStore, TlsError> {
     let failed = |error: pem::Error| match error {
-        pem::Error::Io(source) => TlsError::Unreadable { file: file.to_owned(), source },
+        pem::Error::Io(problem) => TlsError::Unreadable { file: file.to_owned(), problem },
         other => TlsError::Malformed { file: file.to_owned(), problem: other.to_string() },
     };
     let mut roots = RootCertStore::empty();

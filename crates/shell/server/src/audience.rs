@@ -32,6 +32,11 @@ impl Audience {
         if self.spectators.len() < SPECTATORS_MAX { Ok(()) } else { Err(spectators_full()) }
     }
 
+    /// Returns how many messages wait for them to take them.
+    pub(crate) fn waiting(&self) -> usize {
+        self.spectators.iter().map(|spectator| spectator.link.waiting()).sum()
+    }
+
     /// Returns how many there are.
     pub(crate) fn count(&self) -> usize {
         self.spectators.len()

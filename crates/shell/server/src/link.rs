@@ -75,6 +75,12 @@ impl Link {
         }
     }
 
+    /// Returns how many messages wait for the connection to take them.
+    pub(crate) fn waiting(&self) -> usize {
+        // One place is kept for the last message.
+        self.queue.max_capacity() - 1 - self.queue.capacity()
+    }
+
     /// Queues the last message and closes the connection behind it.
     pub(crate) fn close(mut self, last: &ServerMessage) {
         match self.outbound.encode(last) {
@@ -135,6 +141,7 @@ mod tests {
             link.push(&pong(id)).unwrap();
         }
         assert_eq!(link.push(&pong(0)), Err(Refused::TooSlow));
+        assert_eq!(link.waiting(), OUT_QUEUE_MAX);
         link.refuse(Refused::TooSlow);
         let mut written = Vec::new();
         outbox.write_to(&mut written).await.unwrap();

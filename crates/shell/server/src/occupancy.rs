@@ -1,7 +1,7 @@
 //! Who is at a match and how far it is, as its simulation tells it.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
 
 use maniple_geometry::Cycle;
 use maniple_view::Seat;
@@ -16,6 +16,8 @@ pub(crate) struct Occupancy {
     /// A bit a seat.
     taken: AtomicU64,
     spectators: AtomicU32,
+    /// Messages that wait for connections to take them.
+    waiting: AtomicI64,
     has_begun: AtomicBool,
     is_paused: AtomicBool,
     cycle: AtomicU32,
@@ -28,6 +30,7 @@ impl Occupancy {
             metrics,
             taken: AtomicU64::new(0),
             spectators: AtomicU32::new(0),
+            waiting: AtomicI64::new(0),
             has_begun: AtomicBool::new(false),
             is_paused: AtomicBool::new(false),
             cycle: AtomicU32::new(0),
@@ -56,6 +59,13 @@ impl Occupancy {
         let count = u32::try_from(count).expect("there is a limit to spectators");
         let before = self.spectators.swap(count, Ordering::Relaxed);
         self.metrics.spectators.change(i64::from(count) - i64::from(before));
+    }
+
+    /// Notes how many messages wait for connections to take them.
+    pub(crate) fn note_waiting(&self, count: usize) {
+        let count = i64::try_from(count).expect("there is a limit to messages");
+        let before = self.waiting.swap(count, Ordering::Relaxed);
+        self.metrics.queue_depth.change(count - before);
     }
 
     /// Notes that all seats have been joined.
@@ -107,6 +117,7 @@ impl Drop for Occupancy {
         let players = self.taken.load(Ordering::Relaxed).count_ones();
         self.metrics.players.change(-i64::from(players));
         self.metrics.spectators.change(-i64::from(self.spectators()));
+        self.metrics.queue_depth.change(-self.waiting.load(Ordering::Relaxed));
     }
 }
 
@@ -119,6 +130,9 @@ mod tests {
         let metrics = Arc::new(Metrics::default());
         let occupancy = Occupancy::new(Arc::clone(&metrics));
         let count = || (metrics.players.value(), metrics.spectators.value());
+        occupancy.note_waiting(9);
+        occupancy.note_waiting(7);
+        assert_eq!(metrics.queue_depth.value(), 7);
         for (seat, is_taken, players) in
             [(0, true, 1), (0, true, 1), (3, true, 2), (1, false, 2), (0, false, 1)]
         {
@@ -129,6 +143,6 @@ mod tests {
         occupancy.note_spectators(4);
         assert_eq!(count(), (1, 4));
         drop(occupancy);
-        assert_eq!(count(), (0, 0));
+        assert_eq!((count(), metrics.queue_depth.value()), ((0, 0), 0));
     }
 }

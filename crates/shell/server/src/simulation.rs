@@ -370,6 +370,7 @@ impl Simulation {
             self.send_delta(seat);
         }
         self.send_to_spectators();
+        self.occupancy.note_waiting(self.table.waiting() + self.audience.waiting());
         self.metrics.cycle_seconds.record(self.start.elapsed().saturating_sub(now));
         Ok(())
     }

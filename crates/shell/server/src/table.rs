@@ -79,6 +79,11 @@ impl Table {
         self.seats().find(is_at)
     }
 
+    /// Returns how many messages wait for connections to take them.
+    pub(crate) fn waiting(&self) -> usize {
+        self.occupants.iter().flatten().map(|occupant| occupant.link.waiting()).sum()
+    }
+
     /// Returns all seats.
     pub(crate) fn seats(&self) -> impl Iterator<Item = Seat> + use<> {
         self.doors.seats()

@@ -23,12 +23,12 @@ pub struct Tls(TlsAcceptor);
 #[derive(Debug, Error)]
 pub enum TlsError {
     /// A file that cannot be read.
-    #[error("{file} cannot be read: {source}; name a PEM file that the daemon may read", file = .file.display())]
+    #[error("{file} cannot be read: {problem}; name a PEM file that the daemon may read", file = .file.display())]
     Unreadable {
         /// The file.
         file: PathBuf,
         /// What the system says.
-        source: io::Error,
+        problem: io::Error,
     },
     /// A file that is not PEM.
     #[error("{file} is no PEM file: {problem}", file = .file.display())]
@@ -136,7 +136,7 @@ fn private_key(file: &Path) -> Result<PrivateKeyDer<'static>, TlsError> {
 fn unreadable(file: &Path, error: pem::Error) -> TlsError {
     let file = file.to_owned();
     match error {
-        pem::Error::Io(source) => TlsError::Unreadable { file, source },
+        pem::Error::Io(problem) => TlsError::Unreadable { file, problem },
         other => TlsError::Malformed { file, problem: other.to_string() },
     }
 }

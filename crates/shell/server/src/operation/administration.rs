@@ -12,6 +12,7 @@ use std::sync::Arc;
 use maniple_view::{ClockMode, Digest, Seat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
+use tokio::task::spawn_blocking;
 
 use super::{Clock, CreatedMatch, Entry, MatchStatus, Operated, OperationError, Seats, Wanted};
 use crate::metrics::Metrics;
@@ -157,14 +158,14 @@ pub struct Administration {
     daemon: Arc<dyn Operated>,
     metrics: Arc<Metrics>,
     token: Token,
-    reload: Reload,
+    reload: Arc<dyn Fn() -> Result<Limits, String> + Send + Sync>,
 }
 
 impl Administration {
     /// Returns the administration of a daemon by whoever has the token.
     #[must_use]
     pub fn new(daemon: Arc<dyn Operated>, metrics: Arc<Metrics>, token: Token, reload: Reload) -> Self {
-        Self { daemon, metrics, token, reload }
+        Self { daemon, metrics, token, reload: reload.into() }
     }
 
     /// Does what a line asks for, and returns the answer.
@@ -205,7 +206,10 @@ impl Administration {
             Verb::Ban { address, entry } => self.daemon.ban(address, entry)?,
             Verb::Drain => self.daemon.drain(),
             Verb::Reload => {
-                let limits = (self.reload)().map_err(|problem| AdminError::Configuration { problem })?;
+                let reload = Arc::clone(&self.reload);
+                let read =
+                    spawn_blocking(move || reload()).await.unwrap_or_else(|error| Err(error.to_string()));
+                let limits = read.map_err(|problem| AdminError::Configuration { problem })?;
                 self.daemon.change_limits(limits);
                 return Ok(Told::Limits(limits.by_key()));
             }

@@ -18,7 +18,7 @@ use super::Operated;
 pub enum InheritedError {
     /// It is no socket that listens for TCP.
     #[error(
-        "the socket that the service manager hands over cannot be used: {0}; it has to be ListenStream= with a port"
+        "the socket that the service manager hands over cannot be used; it has to be ListenStream= with a port"
     )]
     Unusable(#[from] io::Error),
     /// There is more than one.

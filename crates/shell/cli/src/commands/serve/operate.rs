@@ -73,8 +73,9 @@ impl Operators {
         systemd::tell_ready(&format!("listening on {address}"));
     }
 
-    /// Closes the ways in.
+    /// Tells the service manager that the daemon ends, if it has not heard, and closes the ways in.
     pub(super) async fn dismiss(mut self) {
+        systemd::tell_stopping();
         self.tasks.shutdown().await;
     }
 }

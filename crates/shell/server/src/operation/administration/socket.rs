@@ -34,12 +34,12 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 #[derive(Debug, Error)]
 pub enum AdminSocketError {
     /// The socket cannot be made.
-    #[error("the socket of the administration cannot be made at {path}: {source}", path = .path.display())]
+    #[error("the socket of the administration cannot be made at {path}: {problem}", path = .path.display())]
     Bind {
         /// Its path.
         path: PathBuf,
         /// What the system says.
-        source: io::Error,
+        problem: io::Error,
     },
     /// Another daemon listens there.
     #[error("another daemon listens at {path}; give this one another listen.admin_socket", path = .path.display())]
@@ -54,12 +54,12 @@ pub enum AdminSocketError {
         path: PathBuf,
     },
     /// The file with the token cannot be used.
-    #[error("the token of the administration in {path}: {source}", path = .path.display())]
+    #[error("the token of the administration in {path}: {problem}", path = .path.display())]
     TokenFile {
         /// The file.
         path: PathBuf,
         /// What the system says.
-        source: io::Error,
+        problem: io::Error,
     },
     /// There is no token in the file.
     #[error("{path} holds no token; it has to hold 32 hex digits, or be deleted: then it is made anew", path = .path.display())]
@@ -80,9 +80,9 @@ pub enum AdminSocketError {
 /// # Errors
 /// A file that cannot be read or written, holds no token, or can be read by others.
 pub fn admin_token(path: &Path) -> Result<Token, AdminSocketError> {
-    let failed = |source| AdminSocketError::TokenFile { path: path.to_owned(), source };
+    let failed = |problem| AdminSocketError::TokenFile { path: path.to_owned(), problem };
     match read_admin_token(path) {
-        Err(AdminSocketError::TokenFile { source, .. }) if source.kind() == io::ErrorKind::NotFound => {}
+        Err(AdminSocketError::TokenFile { problem, .. }) if problem.kind() == io::ErrorKind::NotFound => {}
         read => return read,
     }
     let token = Token::random().map_err(|error| failed(io::Error::other(error)))?;
@@ -101,7 +101,7 @@ pub fn read_admin_token(path: &Path) -> Result<Token, AdminSocketError> {
     let text =
         fs::read_to_string(&path).and_then(|text| Ok((text, fs::metadata(&path)?.permissions().mode())));
     match text {
-        Err(source) => Err(AdminSocketError::TokenFile { path, source }),
+        Err(problem) => Err(AdminSocketError::TokenFile { path, problem }),
         Ok((_, mode)) if mode & 0o077 != 0 => Err(AdminSocketError::Readable { path }),
         Ok((text, _)) => text.trim_end().parse().map_err(|_| AdminSocketError::NoToken { path }),
     }
@@ -120,7 +120,7 @@ impl AdminServer {
     /// # Errors
     /// A path where no socket can be, or something else is.
     pub fn bind(path: &Path) -> Result<Self, AdminSocketError> {
-        let failed = |source| AdminSocketError::Bind { path: path.to_owned(), source };
+        let failed = |problem| AdminSocketError::Bind { path: path.to_owned(), problem };
         if let Ok(found) = fs::symlink_metadata(path) {
             if !found.file_type().is_socket() {
                 return Err(AdminSocketError::NoSocket { path: path.to_owned() });
@@ -200,12 +200,12 @@ async fn serve(stream: UnixStream, administration: &Administration) -> io::Resul
 #[derive(Debug, Error)]
 pub enum AdminClientError {
     /// No daemon is there.
-    #[error("no daemon answers at {path}: {source}; name the socket that listen.admin_socket of the daemon names", path = .path.display())]
+    #[error("no daemon answers at {path}: {problem}; name the socket that listen.admin_socket of the daemon names", path = .path.display())]
     Unreachable {
         /// The socket.
         path: PathBuf,
         /// What the system says.
-        source: io::Error,
+        problem: io::Error,
     },
     /// The daemon has gone, or is none.
     #[error("the daemon gave no answer: {0}")]
@@ -233,7 +233,7 @@ impl AdminClient {
             Ok(stream)
         });
         let stream =
-            opened.map_err(|source| AdminClientError::Unreachable { path: path.to_owned(), source })?;
+            opened.map_err(|problem| AdminClientError::Unreachable { path: path.to_owned(), problem })?;
         Ok(Self { stream: BufReader::new(stream) })
     }
 

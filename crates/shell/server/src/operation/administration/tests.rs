@@ -175,7 +175,7 @@ async fn over_the_socket_lines_are_answered_by_lines() {
     }
     assert_eq!(daemon.done(), ["drain", "drain"]);
     let there = path.clone();
-    let asked = tokio::task::spawn_blocking(move || {
+    let asked = spawn_blocking(move || {
         let mut client = AdminClient::connect(&there).unwrap();
         let matches = client.ask(&token.to_string(), Verb::List).unwrap();
         assert_eq!(matches["matches"][0]["scenario"], "duel");
