@@ -128,6 +128,12 @@ class View:
     """What the player knows, kept up to date with the deltas of the server and compared after each."""
 
     def __init__(self, welcome):
+        self.welcome = welcome
+        self.forget()
+
+    def forget(self):
+        """Starts anew: the next delta is a keyframe."""
+        welcome = self.welcome
         self.seat = welcome["seat"]
         self.rules = welcome["rules"]
         self.clock = welcome["clock"]
@@ -354,7 +360,8 @@ REFUSED = enum(
     protocol=record(supported=UINT), handshake=None, timeout=record(seconds=UINT), name_too_long=record(limit=UINT),
     token=None, full=None, replaced=None, malformed=record(place=TEXT, problem=TEXT), too_large=record(limit=UINT),
     too_slow=None, shutdown=None, no_spectators=None, seats_only=None, no_such_seat=record(seats=UINT),
-    spectators_full=record(limit=UINT), spectator=None, held_too_much=None)
+    spectators_full=record(limit=UINT), spectator=None, held_too_much=None,
+    too_many_commands=record(limit=UINT))
 TALLY = record(
     units=UINT, arrived=UINT, arrival_sum=UINT, gathered=UINT, made=UINT, units_destroyed=UINT,
     buildings_destroyed=UINT, units_lost=UINT, buildings_lost=UINT, last_building=UINT)
@@ -396,7 +403,7 @@ FROM_SERVER = enum(
     welcome=WELCOME, refused=record(reason=REFUSED), delta=record(cycle=UINT, **DELTA, check=DIGEST),
     pong=record(id=UINT, cycle=UINT, fraction=DOUBLE), ended=record(result=RESULT),
     packed=record(cycle=UINT, rest=option(record(**REST)), motions=BYTES, check=DIGEST),
-    paused=record(seats=UINTS, on=FLAG))
+    paused=record(seats=UINTS, on=FLAG), keyframe=record(), warned=record(reason=REFUSED, left=UINT))
 NO_REST = {name: None if name == "stock" else [] for name in REST}
 
 
@@ -588,6 +595,10 @@ def play(bot, host, port, token="", binary=False, conformance=False):
                 elif name == "ended":
                     bot.on_end(fields["result"])
                     return {**fields["result"], "seat": view.seat, "checks": checks}
+                elif name == "keyframe":
+                    view.forget()
+                elif name == "warned":
+                    print(f"the server warns: {json.dumps(fields['reason'])}", file=sys.stderr)
                 # `pong` and `paused` need no answer.
         except Cut:
             if view is None or not token:

@@ -164,7 +164,9 @@ fn flip(message: &mut ServerMessage) -> bool {
         | ServerMessage::Refused { .. }
         | ServerMessage::Pong { .. }
         | ServerMessage::Ended { .. }
-        | ServerMessage::Paused { .. } => false,
+        | ServerMessage::Paused { .. }
+        | ServerMessage::Keyframe {}
+        | ServerMessage::Warned { .. } => false,
     }
 }
 

@@ -154,6 +154,8 @@ fn a_pause_that_the_client_asks_for_is_granted_and_ended() {
         | ServerMessage::Delta(_)
         | ServerMessage::Packed(_)
         | ServerMessage::Pong { .. }
+        | ServerMessage::Keyframe {}
+        | ServerMessage::Warned { .. }
         | ServerMessage::Ended { .. } => None,
     };
     let told: Vec<bool> = heard.iter().filter_map(is_on).collect();
@@ -270,6 +272,8 @@ fn take_in(message: &ServerMessage, view: &mut View, rules: &mut Option<Rules>) 
         ServerMessage::Refused { .. }
         | ServerMessage::Pong { .. }
         | ServerMessage::Paused { .. }
+        | ServerMessage::Keyframe {}
+        | ServerMessage::Warned { .. }
         | ServerMessage::Ended { .. } => false,
     }
 }

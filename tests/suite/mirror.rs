@@ -52,7 +52,7 @@ async fn follow(client: &mut Client, bot: &mut (dyn Bot + Send), last: u32, view
                 let commands = bot.on_cycle(client.view(), &delta);
                 client.send(commands).await.unwrap();
             }
-            Event::Pong { .. } | Event::Paused { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             Event::Ended(_) => return,
         }
     }

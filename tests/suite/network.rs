@@ -270,7 +270,7 @@ async fn real_time_runs_on_without_a_client_that_says_nothing() {
     let result = loop {
         match idle.next().await.unwrap() {
             Event::Cycle(delta) => cycles.push(delta.cycle.0),
-            Event::Pong { .. } | Event::Paused { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             Event::Ended(result) => break result,
         }
     };
@@ -476,7 +476,9 @@ async fn play_json(
             ServerMessage::Ended { result } => return (result, view),
             other @ (ServerMessage::Refused { .. }
             | ServerMessage::Pong { .. }
-            | ServerMessage::Paused { .. }) => panic!("{other:?}"),
+            | ServerMessage::Paused { .. }
+            | ServerMessage::Keyframe {}
+            | ServerMessage::Warned { .. }) => panic!("{other:?}"),
         }
     }
 }

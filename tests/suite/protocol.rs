@@ -228,6 +228,8 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("pong", ServerMessage::Pong { id: 9, cycle: Cycle(65_535), fraction: 0.1 }),
         ("ended", ServerMessage::Ended { result: result() }),
         ("paused", ServerMessage::Paused { seats: vec![Seat(0), Seat(300)], on: true }),
+        ("keyframe", ServerMessage::Keyframe {}),
+        ("warned", ServerMessage::Warned { reason: Refused::TooLarge { limit: 16_384 }, left: 2 }),
         ("refused_protocol", refused(Refused::Protocol { supported: 1 })),
         ("refused_handshake", refused(Refused::Handshake)),
         ("refused_timeout", refused(Refused::Timeout { seconds: 10 })),
@@ -245,6 +247,7 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("refused_spectators_full", refused(Refused::SpectatorsFull { limit: 64 })),
         ("refused_spectator", refused(Refused::Spectator)),
         ("refused_held_too_much", refused(Refused::HeldTooMuch)),
+        ("refused_too_many_commands", refused(Refused::TooManyCommands { limit: 32_768 })),
     ]
 }
 

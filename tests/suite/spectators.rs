@@ -359,7 +359,7 @@ async fn the_client_mirrors_a_real_time_match_without_delay() {
         match spectator.next().await.unwrap() {
             Event::Cycle(delta) => cycles.push(delta.cycle.0),
             Event::Pong { id, .. } => pongs += id,
-            Event::Paused { .. } => panic!("nobody asked"),
+            Event::Paused { .. } | Event::Warned { .. } => panic!("nobody asked"),
             Event::Ended(result) => break result,
         }
     };

@@ -122,13 +122,15 @@ impl Random {
     }
 
     pub(crate) fn server_message(&mut self) -> ServerMessage {
-        match self.below(7) {
+        match self.below(9) {
             0 => ServerMessage::Welcome(self.welcome()),
             1 => ServerMessage::Refused { reason: self.refused() },
             2 => ServerMessage::Delta(self.delta()),
             3 => ServerMessage::Pong { id: self.u32(), cycle: self.cycle(), fraction: self.double() },
             4 => ServerMessage::Packed(self.packed_delta()),
             5 => ServerMessage::Paused { seats: self.list(Self::seat), on: self.coin() },
+            6 => ServerMessage::Keyframe {},
+            7 => ServerMessage::Warned { reason: self.refused(), left: self.u32() },
             _ => ServerMessage::Ended { result: self.result() },
         }
     }
@@ -198,7 +200,7 @@ impl Random {
     }
 
     fn refused(&mut self) -> Refused {
-        match self.below(17) {
+        match self.below(18) {
             0 => Refused::Protocol { supported: self.u32() },
             1 => Refused::Handshake,
             2 => Refused::Timeout { seconds: self.u32() },
@@ -215,6 +217,7 @@ impl Random {
             13 => Refused::SpectatorsFull { limit: self.u32() },
             14 => Refused::Spectator,
             15 => Refused::HeldTooMuch,
+            16 => Refused::TooManyCommands { limit: self.u32() },
             _ => Refused::Shutdown,
         }
     }

@@ -108,6 +108,16 @@ pub enum ServerMessage {
         /// Whether the clock stands still.
         on: bool,
     },
+    /// The client is too far behind for deltas: it drops its view, and starts anew with one that is empty but for the terrain of
+    /// the welcome. The delta that follows is a keyframe.
+    Keyframe {},
+    /// The client broke a rule, and what it said was dropped; the connection goes on.
+    Warned {
+        /// Which rule.
+        reason: Refused,
+        /// How often it may still do so; the time after that is the last, and closes the connection.
+        left: u32,
+    },
 }
 
 /// All that a client needs to know before the first delta.

@@ -83,4 +83,10 @@ pub enum Refused {
     /// More has happened than the server holds back for spectators.
     #[error("more has happened in this match than is held back for spectators; watch its replay")]
     HeldTooMuch,
+    /// More commands than may wait for a cycle.
+    #[error("at most {limit} commands of a seat may wait for a cycle; send fewer")]
+    TooManyCommands {
+        /// The largest number.
+        limit: u32,
+    },
 }

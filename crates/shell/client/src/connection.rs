@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, ServerMessage, Welcome, decode_server,
-    encode_client,
+    ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, Refused, ServerMessage, Welcome,
+    decode_server, encode_client,
 };
 use maniple_view::{Delta, MatchResult, Seat, View};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -18,7 +18,8 @@ const READ_SIZE: usize = 16 * 1024;
 /// What the server said.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// A cycle has passed: the delta has been applied to the view, and the views of both sides are the same.
+    /// A cycle has passed, or several for who is too slow for each: the delta has been applied to the view, and the views of both
+    /// sides are the same. Who is too far behind for that gets a new view: then the delta is a keyframe.
     Cycle(Box<Delta>),
     /// The answer to a ping.
     Pong {
@@ -36,6 +37,13 @@ pub enum Event {
         /// Whether the clock stands still.
         on: bool,
     },
+    /// The client broke a rule, and what it said was dropped.
+    Warned {
+        /// Which rule.
+        reason: Refused,
+        /// How often it may still do so.
+        left: u32,
+    },
     /// The match has ended; nothing comes after.
     Ended(MatchResult),
 }
@@ -48,6 +56,8 @@ pub(crate) struct Connection {
     buffer: Vec<u8>,
     pub(crate) welcome: Welcome,
     pub(crate) view: View,
+    /// The view with which who comes begins.
+    beginning: View,
 }
 
 impl Connection {
@@ -71,14 +81,22 @@ impl Connection {
             ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
             ServerMessage::Paused { .. } => return Err(unexpected("a pause", "the welcome")),
             ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
+            ServerMessage::Keyframe {} => return Err(unexpected("`keyframe`", "the welcome")),
+            ServerMessage::Warned { .. } => return Err(unexpected("a warning", "the welcome")),
         };
         let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
-        Ok(Self { stream, frames, buffer, welcome, view })
+        Ok(Self { stream, frames, buffer, welcome, beginning: view.clone(), view })
     }
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
     pub(crate) async fn next(&mut self) -> Result<Event, ClientError> {
-        match read(&mut self.stream, &mut self.frames, &mut self.buffer).await? {
+        let mut message = read(&mut self.stream, &mut self.frames, &mut self.buffer).await?;
+        if let ServerMessage::Keyframe {} = message {
+            // Nothing is to be told before the keyframe has come.
+            self.view = self.beginning.clone();
+            message = read(&mut self.stream, &mut self.frames, &mut self.buffer).await?;
+        }
+        match message {
             ServerMessage::Delta(delta) => self.take_in(delta),
             ServerMessage::Packed(packed) => {
                 let delta = packed.unpack(&self.view, &self.welcome.rules)?;
@@ -88,6 +106,8 @@ impl Connection {
             ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
             ServerMessage::Paused { seats, on } => Ok(Event::Paused { seats, on }),
             ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
+            ServerMessage::Warned { reason, left } => Ok(Event::Warned { reason, left }),
+            ServerMessage::Keyframe {} => Err(unexpected("a second `keyframe`", "a delta")),
             ServerMessage::Welcome(_) => Err(unexpected("a second welcome", "a delta")),
         }
     }

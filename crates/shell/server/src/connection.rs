@@ -15,7 +15,8 @@ use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
 use crate::doors::Doors;
-use crate::link::{FLUSH_TIMEOUT, Link};
+use crate::link::Link;
+use crate::queue::FLUSH_TIMEOUT;
 use crate::simulation::Event;
 
 /// Time for the hello; a client sends it at once.
@@ -47,7 +48,7 @@ pub const DISCARD_BYTES_MAX: usize = 4 << 20;
 const READ_SIZE: usize = 8 * 1024;
 
 /// A connection of a match, counted in the order in which they came.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct ConnectionId(pub(crate) u64);
 
 /// What a connection needs to know of its match.
@@ -134,7 +135,11 @@ async fn greet(reader: &mut Reader, gate: &Gate) -> Greeting {
         Ok(Ok(Some(Input::Watch(watch)))) => Greeting::Opened(Opening::Watch(watch)),
         Ok(Ok(Some(Input::Violation(reason)))) => Greeting::Refused(reason),
         Ok(Ok(Some(
-            Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. } | Input::Pause { .. },
+            Input::Commands { .. }
+            | Input::Done { .. }
+            | Input::Ping { .. }
+            | Input::Pause { .. }
+            | Input::Dropped(_),
         ))) => Greeting::Refused(Refused::Handshake),
     }
 }

@@ -67,7 +67,7 @@ impl Doors {
     /// # Errors
     /// As many as can watch wait already.
     pub(crate) async fn wait_turn_to_watch(&self) -> Result<(), Refused> {
-        let Ok(_place) = self.waiting_room.try_acquire() else { return Err(spectators_full()) };
+        let Ok(_place) = self.waiting_room.try_acquire() else { return Err(spectators_full(SPECTATORS_MAX)) };
         go_through(&self.to_watch).await;
         Ok(())
     }

@@ -9,6 +9,7 @@ mod connection;
 mod doors;
 mod link;
 mod pace;
+mod queue;
 mod recording;
 mod server;
 mod simulation;
@@ -21,9 +22,11 @@ pub use connection::{
     SPECTATOR_IN_FLIGHT_MAX,
 };
 pub use doors::{Access, JOIN_INTERVAL};
-pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
+pub use link::VIOLATIONS_MAX;
 pub use pace::LATE_PERIODS_MAX;
+pub use queue::{CONTROLS_WAITING_MAX, FLUSH_TIMEOUT};
 pub use recording::{BUILD, Recording, RecordingError, events, files, overrides};
 pub use server::{CONNECTIONS_MAX, Match, MatchError, RunError, SEND_BUFFER_SIZE, Server};
 pub use simulation::EVENTS_BEFORE_STEP_MAX;
+pub use table::NEWS_WAITING_MAX;
 pub use token::{Token, TokenError};
