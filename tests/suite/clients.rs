@@ -165,6 +165,8 @@ fn flip(message: &mut ServerMessage) -> bool {
         | ServerMessage::Pong { .. }
         | ServerMessage::Ended { .. }
         | ServerMessage::Paused { .. }
+        | ServerMessage::Matches { .. }
+        | ServerMessage::Created { .. }
         | ServerMessage::Keyframe {}
         | ServerMessage::Warned { .. } => false,
     }

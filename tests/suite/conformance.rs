@@ -154,9 +154,11 @@ fn a_pause_that_the_client_asks_for_is_granted_and_ended() {
         | ServerMessage::Delta(_)
         | ServerMessage::Packed(_)
         | ServerMessage::Pong { .. }
+        | ServerMessage::Ended { .. }
+        | ServerMessage::Matches { .. }
+        | ServerMessage::Created { .. }
         | ServerMessage::Keyframe {}
-        | ServerMessage::Warned { .. }
-        | ServerMessage::Ended { .. } => None,
+        | ServerMessage::Warned { .. } => None,
     };
     let told: Vec<bool> = heard.iter().filter_map(is_on).collect();
     // The wish of the other seat comes later.
@@ -272,9 +274,11 @@ fn take_in(message: &ServerMessage, view: &mut View, rules: &mut Option<Rules>) 
         ServerMessage::Refused { .. }
         | ServerMessage::Pong { .. }
         | ServerMessage::Paused { .. }
+        | ServerMessage::Ended { .. }
+        | ServerMessage::Matches { .. }
+        | ServerMessage::Created { .. }
         | ServerMessage::Keyframe {}
-        | ServerMessage::Warned { .. }
-        | ServerMessage::Ended { .. } => false,
+        | ServerMessage::Warned { .. } => false,
     }
 }
 

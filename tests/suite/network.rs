@@ -473,6 +473,7 @@ async fn play_json(
                 let _ = lines.write_all(answer.as_bytes()).await;
             }
             ServerMessage::Packed(_) => panic!("JSON has doubles"),
+            ServerMessage::Matches { .. } | ServerMessage::Created { .. } => panic!("nobody asked the lobby"),
             ServerMessage::Ended { result } => return (result, view),
             other @ (ServerMessage::Refused { .. }
             | ServerMessage::Pong { .. }

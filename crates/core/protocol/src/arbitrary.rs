@@ -9,7 +9,9 @@ use maniple_view::{
     Stopped, Stops, Tally, Task, Terrain, TerrainKnowledge, UnitType, UnitTypeId, Vantage, Weapon, Zone,
 };
 
-use crate::message::{ClientMessage, Hello, ServerMessage, Watch, Welcome};
+use crate::message::{
+    ClientMessage, Create, Hello, Listed, ListedSeat, ListedSpectators, ServerMessage, Watch, Welcome,
+};
 use crate::packed::{PackedDelta, Rest};
 use crate::refused::Refused;
 
@@ -102,7 +104,15 @@ impl Random {
     }
 
     pub(crate) fn client_message(&mut self) -> ClientMessage {
-        match self.below(6) {
+        match self.below(9) {
+            6 => ClientMessage::List { protocol: self.u32() },
+            7 => ClientMessage::Create(Create {
+                protocol: self.u32(),
+                scenario: self.text(),
+                clock: self.clock(),
+                open: self.coin(),
+            }),
+            8 => ClientMessage::Enter { match_id: Digest(self.number()), seat: self.maybe(Self::seat) },
             0 => ClientMessage::Hello(Hello {
                 protocol: self.u32(),
                 client: self.text(),
@@ -122,15 +132,17 @@ impl Random {
     }
 
     pub(crate) fn server_message(&mut self) -> ServerMessage {
-        match self.below(9) {
+        match self.below(11) {
+            7 => ServerMessage::Matches { scenarios: self.list(Self::text), list: self.list(Self::listed) },
+            8 => ServerMessage::Created { match_id: Digest(self.number()), tokens: self.list(Self::text) },
             0 => ServerMessage::Welcome(self.welcome()),
             1 => ServerMessage::Refused { reason: self.refused() },
             2 => ServerMessage::Delta(self.delta()),
             3 => ServerMessage::Pong { id: self.u32(), cycle: self.cycle(), fraction: self.double() },
             4 => ServerMessage::Packed(self.packed_delta()),
             5 => ServerMessage::Paused { seats: self.list(Self::seat), on: self.coin() },
-            6 => ServerMessage::Keyframe {},
-            7 => ServerMessage::Warned { reason: self.refused(), left: self.u32() },
+            9 => ServerMessage::Keyframe {},
+            6 => ServerMessage::Warned { reason: self.refused(), left: self.u32() },
             _ => ServerMessage::Ended { result: self.result() },
         }
     }
@@ -200,7 +212,15 @@ impl Random {
     }
 
     fn refused(&mut self) -> Refused {
-        match self.below(18) {
+        match self.below(26) {
+            17 => Refused::Broken,
+            18 => Refused::NoMatch,
+            19 => Refused::NoScenario,
+            20 => Refused::MatchesFull { limit: self.u32() },
+            21 => Refused::AddressFull { limit: self.u32() },
+            22 => Refused::Draining,
+            23 => Refused::NotBegun { seconds: self.u32() },
+            24 => Refused::AsksTooMuch { limit: self.u32() },
             0 => Refused::Protocol { supported: self.u32() },
             1 => Refused::Handshake,
             2 => Refused::Timeout { seconds: self.u32() },
@@ -217,8 +237,27 @@ impl Random {
             13 => Refused::SpectatorsFull { limit: self.u32() },
             14 => Refused::Spectator,
             15 => Refused::HeldTooMuch,
-            16 => Refused::TooManyCommands { limit: self.u32() },
+            25 => Refused::TooManyCommands { limit: self.u32() },
             _ => Refused::Shutdown,
+        }
+    }
+
+    fn clock(&mut self) -> ClockMode {
+        if self.coin() { ClockMode::Realtime } else { ClockMode::Lockstep }
+    }
+
+    fn listed(&mut self) -> Listed {
+        let seat = |random: &mut Self| ListedSeat { open: random.coin(), taken: random.coin() };
+        let spectators =
+            |random: &mut Self| ListedSpectators { everything: random.coin(), delay: random.u32() };
+        Listed {
+            match_id: Digest(self.number()),
+            scenario: self.text(),
+            clock: self.clock(),
+            rate: self.double(),
+            has_begun: self.coin(),
+            seats: self.list(seat),
+            spectators: self.maybe(spectators),
         }
     }
 
@@ -230,7 +269,7 @@ impl Random {
             seats: self.u16(),
             cycle: self.cycle(),
             rate: self.double(),
-            clock: if self.coin() { ClockMode::Realtime } else { ClockMode::Lockstep },
+            clock: self.clock(),
             rules: Rules {
                 scenario: self.text(),
                 cycles_max: self.u32(),

@@ -1,12 +1,12 @@
 //! The server's side of a connection: from the first bytes over the hello to the messages of the match.
 
 use maniple_geometry::Cycle;
-use maniple_view::Sequenced;
+use maniple_view::{Digest, Seat, Sequenced};
 
 use crate::encoding::{Encoding, decode_client};
 use crate::frame::{FrameDecoder, FrameError};
 use crate::limits::{FRAME_FROM_CLIENT_MAX, HELLO_MAX, NAME_MAX, SKIPPED_MAX, TOKEN_DIGITS};
-use crate::message::{ClientMessage, Hello, PROTOCOL, Watch};
+use crate::message::{ClientMessage, Create, Hello, PROTOCOL, Watch};
 use crate::refused::Refused;
 
 /// What a connection gave.
@@ -40,6 +40,17 @@ pub enum Input {
     /// The watch of a spectator, in place of a hello: fits the protocol and the limits. Whether the view may be watched is
     /// for the match to say. Nothing but pings comes after.
     Watch(Watch),
+    /// Before the hello or watch: asks which matches there are.
+    List,
+    /// Before the hello or watch: wants a match; fits the protocol and the limits.
+    Create(Create),
+    /// Before the hello or watch: chooses the match that it is for.
+    Enter {
+        /// The number of the match.
+        match_id: Digest,
+        /// The open seat that is wanted.
+        seat: Option<Seat>,
+    },
     /// The client said too much at once, and it was dropped: warn it. What it says next comes after.
     Dropped(Refused),
     /// The client broke the protocol: send it this reason and close. Nothing comes after.
@@ -136,9 +147,26 @@ impl Inbound {
                 *peer = Peer::Spectator;
                 Ok(Some(Input::Watch(watch)))
             }
-            (Peer::Player | Peer::Spectator, ClientMessage::Hello(_) | ClientMessage::Watch(_)) => {
-                Err(Refused::Handshake)
+            (Peer::Unknown, ClientMessage::List { protocol }) => {
+                check_version(protocol)?;
+                Ok(Some(Input::List))
             }
+            (Peer::Unknown, ClientMessage::Create(create)) => {
+                check_version(create.protocol)?;
+                check_name("scenario", &create.scenario)?;
+                Ok(Some(Input::Create(create)))
+            }
+            (Peer::Unknown, ClientMessage::Enter { match_id, seat }) => {
+                Ok(Some(Input::Enter { match_id, seat }))
+            }
+            (
+                Peer::Player | Peer::Spectator,
+                ClientMessage::Hello(_)
+                | ClientMessage::Watch(_)
+                | ClientMessage::List { .. }
+                | ClientMessage::Create(_)
+                | ClientMessage::Enter { .. },
+            ) => Err(Refused::Handshake),
             (
                 Peer::Unknown,
                 ClientMessage::Commands { .. }
@@ -233,7 +261,7 @@ fn check_name(field: &str, name: &str) -> Result<(), Refused> {
     }
     if name.chars().any(char::is_control) {
         let problem = format!("`{field}` holds a control character");
-        return Err(malformed("message 1".to_owned(), problem));
+        return Err(malformed("the handshake".to_owned(), problem));
     }
     Ok(())
 }

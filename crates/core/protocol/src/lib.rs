@@ -32,7 +32,10 @@ pub use limits::{
     FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, SKIPPED_MAX,
     TOKEN_DIGITS,
 };
-pub use message::{ClientMessage, Hello, PROTOCOL, ServerMessage, Watch, Welcome};
+pub use message::{
+    ClientMessage, Create, Hello, Listed, ListedSeat, ListedSpectators, PROTOCOL, ServerMessage, Watch,
+    Welcome,
+};
 pub use outbound::Outbound;
 pub use packed::{PackedAppeared, PackedDelta, PackedError, PackedProblem, Packer, Rest};
 pub use refused::Refused;

@@ -42,6 +42,22 @@ pub enum ClientMessage {
     },
     /// The first message of a spectator, and only the first; after it a spectator says nothing but `ping`.
     Watch(Watch),
+    /// Asks the lobby which matches there are; before the hello or watch, and only there.
+    List {
+        /// The client's [`PROTOCOL`].
+        protocol: u32,
+    },
+    /// Asks the lobby for a new match; before the hello or watch, and only there.
+    Create(Create),
+    /// Chooses the match that the hello or watch after it is for; before it, and only there. Without it that is the match which the
+    /// server plays by itself, if it does.
+    Enter {
+        /// The number of the match; `match` in JSON.
+        #[serde(rename = "match")]
+        match_id: Digest,
+        /// The open seat that a hello without a token takes; `None`: the first that is free.
+        seat: Option<Seat>,
+    },
 }
 
 /// Who connects. The layout of this message stays the same in every version of the protocol.
@@ -69,6 +85,20 @@ pub struct Watch {
     pub client: String,
     /// What it wants to watch.
     pub view: Vantage,
+}
+
+/// A match that somebody wants. The server chooses the seed, and tells it nobody.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Create {
+    /// The client's [`PROTOCOL`].
+    pub protocol: u32,
+    /// The name of the scenario, one of those in [`ServerMessage::Matches`]; at most [`crate::NAME_MAX`] bytes.
+    pub scenario: String,
+    /// How time passes.
+    pub clock: ClockMode,
+    /// Whether anybody may take the seats; else each needs a token, which the answer holds.
+    pub open: bool,
 }
 
 /// What the server says.
@@ -108,6 +138,21 @@ pub enum ServerMessage {
         /// Whether the clock stands still.
         on: bool,
     },
+    /// The answer to `list`.
+    Matches {
+        /// The scenarios of which anybody may create a match, by name; none where nobody may.
+        scenarios: Vec<String>,
+        /// The matches that are played or wait for their players, in the order of their numbers.
+        list: Vec<Listed>,
+    },
+    /// The answer to `create`.
+    Created {
+        /// The number of the match; `match` in JSON.
+        #[serde(rename = "match")]
+        match_id: Digest,
+        /// By seat the token that opens it; none where all are open.
+        tokens: Vec<String>,
+    },
     /// The client is too far behind for deltas: it drops its view, and starts anew with one that is empty but for the terrain of
     /// the welcome. The delta that follows is a keyframe.
     Keyframe {},
@@ -118,6 +163,66 @@ pub enum ServerMessage {
         /// How often it may still do so; the time after that is the last, and closes the connection.
         left: u32,
     },
+}
+
+impl ServerMessage {
+    /// Returns what it is, for a message about one that came at the wrong place.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Welcome(_) => "a welcome",
+            Self::Refused { .. } => "a refusal",
+            Self::Delta(_) | Self::Packed(_) => "a delta",
+            Self::Pong { .. } => "a pong",
+            Self::Ended { .. } => "the end",
+            Self::Paused { .. } => "a pause",
+            Self::Matches { .. } => "a list of matches",
+            Self::Created { .. } => "a new match",
+            Self::Keyframe {} => "the announcement of a keyframe",
+            Self::Warned { .. } => "a warning",
+        }
+    }
+}
+
+/// A match in the lobby, as everybody may know of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Listed {
+    /// The number of the match; `match` in JSON.
+    #[serde(rename = "match")]
+    pub match_id: Digest,
+    /// The scenario's name.
+    pub scenario: String,
+    /// How time passes.
+    pub clock: ClockMode,
+    /// Cycles a second.
+    pub rate: f64,
+    /// Whether all seats have been joined.
+    pub has_begun: bool,
+    /// By seat.
+    pub seats: Vec<ListedSeat>,
+    /// What spectators may watch; `None`: nothing.
+    pub spectators: Option<ListedSpectators>,
+}
+
+/// A seat of a match in the lobby.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ListedSeat {
+    /// Whether it needs no token.
+    pub open: bool,
+    /// Whether a player sits there.
+    pub taken: bool,
+}
+
+/// What spectators of a match in the lobby may watch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ListedSpectators {
+    /// Whether that is everything, too, and not seats alone.
+    pub everything: bool,
+    /// Cycles by which they are behind.
+    pub delay: u32,
 }
 
 /// All that a client needs to know before the first delta.

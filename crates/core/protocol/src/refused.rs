@@ -15,8 +15,8 @@ pub enum Refused {
         /// The server's version.
         supported: u32,
     },
-    /// Something came before the hello or watch, or a second one.
-    #[error("the first message, and only the first, is `hello` or `watch`")]
+    /// Something of a match came before the hello or watch, or something of the lobby or a second one after it.
+    #[error("`hello` or `watch` comes first and once; before it, only `list`, `create` and `enter`")]
     Handshake,
     /// The hello did not come in time.
     #[error("`hello` did not come within {seconds} seconds; send it at once")]
@@ -83,6 +83,44 @@ pub enum Refused {
     /// More has happened than the server holds back for spectators.
     #[error("more has happened in this match than is held back for spectators; watch its replay")]
     HeldTooMuch,
+    /// The match was broken off by a mistake of the server or of its disk.
+    #[error(
+        "the match was broken off by a fault of the server, which its log tells; what was played is kept"
+    )]
+    Broken,
+    /// There is no such match.
+    #[error("the server has no such match, or has no more; ask it with `list`, and name one with `enter`")]
+    NoMatch,
+    /// A client may not create a match of this scenario.
+    #[error("clients of this server create no match of this scenario; choose one of those that `list` names")]
+    NoScenario,
+    /// There are as many matches as there may be.
+    #[error("there are {limit} matches, and no more may be; wait until one has ended")]
+    MatchesFull {
+        /// The largest number.
+        limit: u32,
+    },
+    /// The address has as many matches or connections as one may have.
+    #[error("this address has {limit} of these already, and no more may be; end one first")]
+    AddressFull {
+        /// The largest number.
+        limit: u32,
+    },
+    /// The server takes no new matches.
+    #[error("the server takes no new matches, because it will go down or cannot keep them; try later")]
+    Draining,
+    /// The players of a match did not come in time.
+    #[error("the match has not begun within {seconds} seconds, and was given up; create another")]
+    NotBegun {
+        /// The time that it had, in seconds.
+        seconds: u32,
+    },
+    /// Too much was asked of the lobby.
+    #[error("a connection asks the lobby at most {limit} times; say `hello` or `watch`, or connect again")]
+    AsksTooMuch {
+        /// The largest number.
+        limit: u32,
+    },
     /// More commands than may wait for a cycle.
     #[error("at most {limit} commands of a seat may wait for a cycle; send fewer")]
     TooManyCommands {

@@ -36,6 +36,17 @@ pub struct Partial {
     /// Why the rest could not be read; `None` where the replay is finished.
     pub fault: Option<ReplayError>,
     chain: u64,
+    /// The last state hash.
+    last_hash: Option<Mark>,
+}
+
+/// A place behind a record.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    byte: usize,
+    chain: u64,
+    /// How many records are before it, without the header.
+    records: usize,
 }
 
 /// A file that is no whole replay: what is wrong, and where.
@@ -123,6 +134,16 @@ impl Partial {
     pub fn writer(&self) -> ReplayWriter {
         ReplayWriter::after(self.chain)
     }
+
+    /// Drops what is behind the last state hash: commands of a cycle of which nobody knows that it was played. What the replay has is
+    /// then whole cycles, and a writer goes on behind the last.
+    pub fn cut_to_last_hash(&mut self) {
+        let Some(Mark { byte, chain, records }) = self.last_hash else { return };
+        if self.replay.ended.is_none() {
+            self.replay.records.truncate(records);
+            (self.whole_bytes, self.chain) = (byte, chain);
+        }
+    }
 }
 
 /// Reads a replay of a match that has ended.
@@ -146,10 +167,18 @@ pub fn read_partial(bytes: &[u8]) -> Result<Partial, ReplayError> {
     let header = reader.header().map_err(|(problem, byte)| reader.error(problem, byte))?;
     let seats = header.seats;
     let mut replay = Replay { header, records: Vec::new(), ended: None };
+    let mut last_hash = None;
     let fault = loop {
         match reader.record(seats) {
             Ok(Record::Ended { result }) => replay.ended = Some(result),
-            Ok(record) => replay.records.push(record),
+            Ok(record) => {
+                let is_hash = matches!(record, Record::Cycle { .. });
+                replay.records.push(record);
+                let records = replay.records.len();
+                if is_hash {
+                    last_hash = Some(Mark { byte: reader.at, chain: reader.chain, records });
+                }
+            }
             Err((problem, byte)) => break Some(reader.error(problem, byte)),
         }
         if replay.ended.is_some() {
@@ -158,7 +187,7 @@ pub fn read_partial(bytes: &[u8]) -> Result<Partial, ReplayError> {
             break if is_all { None } else { Some(reader.error(ReplayProblem::AfterEnd, end)) };
         }
     };
-    Ok(Partial { replay, whole_bytes: reader.at, fault, chain: reader.chain })
+    Ok(Partial { replay, whole_bytes: reader.at, fault, chain: reader.chain, last_hash })
 }
 
 /// A problem and the byte at which it shows.
@@ -238,13 +267,31 @@ impl<'a> Reader<'a> {
         if size > REPLAY_RECORD_MAX {
             return Err((ReplayProblem::Length { length }, self.at));
         }
-        let Some((body, tail)) = tail.split_at_checked(size) else { return Err(cut) };
-        let Some(checksum) = tail.first_chunk::<CHECKSUM_SIZE>() else { return Err(cut) };
+        let whole = tail.split_at_checked(size);
+        let whole = whole.and_then(|(body, tail)| Some((body, tail.first_chunk::<CHECKSUM_SIZE>()?)));
+        let Some((body, checksum)) = whole else {
+            return Err(if self.has_flipped_length(rest) { (ReplayProblem::Altered, self.at) } else { cut });
+        };
         let chain = next_chain(self.chain, &rest[..LENGTH_SIZE + size]);
         if u64::from_le_bytes(*checksum) != chain {
             return Err((ReplayProblem::Altered, self.at));
         }
         Ok(Next { body, chain, end: self.at + LENGTH_SIZE + size + CHECKSUM_SIZE })
+    }
+
+    /// Returns whether the record is whole if one bit of its length is another: then the file was not cut, but altered.
+    fn has_flipped_length(&self, rest: &[u8]) -> bool {
+        let Some((prefix, tail)) = rest.split_first_chunk::<LENGTH_SIZE>() else { return false };
+        let length = u32::from_le_bytes(*prefix);
+        (0..u32::BITS).any(|bit| {
+            let length = length ^ (1 << bit);
+            let size = usize::try_from(length).unwrap_or(usize::MAX);
+            let whole = tail.split_at_checked(size);
+            let Some((body, tail)) = whole else { return false };
+            let Some(checksum) = tail.first_chunk::<CHECKSUM_SIZE>() else { return false };
+            let bytes = [&length.to_le_bytes(), body].concat();
+            u64::from_le_bytes(*checksum) == next_chain(self.chain, &bytes)
+        })
     }
 
     fn accept(&mut self, next: &Next<'_>) {

@@ -352,7 +352,9 @@ impl Referee {
         self.seats_all().filter(|&seat| !self.world.is_out(seat))
     }
 
-    fn have_all_joined(&self) -> bool {
+    /// Returns whether every seat has been joined at least once.
+    #[must_use]
+    pub fn have_all_joined(&self) -> bool {
         self.seats.iter().all(SeatState::has_joined)
     }
 

@@ -216,8 +216,14 @@ pub(crate) struct Serve {
     #[arg(long)]
     pub(crate) once: bool,
     /// Where to write the replay of the match
-    #[arg(long, value_name = "FILE", requires = "once")]
+    #[arg(long, value_name = "FILE", requires = "once", conflicts_with = "journal")]
     pub(crate) replay: Option<PathBuf>,
+    /// Where to keep matches, so that they go on when this has been killed; replays of those that have ended are in `finished`
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) journal: Option<PathBuf>,
+    /// Let clients create matches of this scenario, instead of playing one after the other; may be given several times
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["scenario", "map", "seed", "once", "clock"])]
+    pub(crate) lobby: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
 }

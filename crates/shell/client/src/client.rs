@@ -1,9 +1,10 @@
 //! A seat in a match.
 
 use maniple_protocol::{ClientMessage, Encoding, Hello, PROTOCOL, Welcome, encode_client, encode_commands};
-use maniple_view::{ClockMode, Command, Delta, MatchResult, Rules, Seat, Sequenced, Terrain, View};
+use maniple_view::{ClockMode, Command, Delta, Digest, MatchResult, Rules, Seat, Sequenced, Terrain, View};
 
-use crate::connection::{Connection, Event, unexpected};
+use crate::connection::{Connection, Event, Talk, unexpected};
+use crate::destination::{Destination, Stream};
 use crate::error::ClientError;
 
 /// Who connects.
@@ -15,6 +16,13 @@ pub struct Login {
     pub player: String,
     /// The seat's token; empty for a seat that is open to all.
     pub token: String,
+}
+
+impl Login {
+    fn hello(self) -> ClientMessage {
+        let Self { client, player, token } = self;
+        ClientMessage::Hello(Hello { protocol: PROTOCOL, client, player, token })
+    }
 }
 
 /// A seat in a match.
@@ -32,10 +40,20 @@ impl Client {
     ///
     /// # Errors
     /// A server that cannot be reached, or refuses.
-    pub async fn connect(address: &str, login: Login) -> Result<Self, ClientError> {
-        let Login { client, player, token } = login;
-        let hello = ClientMessage::Hello(Hello { protocol: PROTOCOL, client, player, token });
-        let connection = Connection::open(address, &hello).await?;
+    pub async fn connect(to: impl Into<Destination>, login: Login) -> Result<Self, ClientError> {
+        Self::seated(Connection::open(to.into(), &login.hello()).await?)
+    }
+
+    /// As [`Self::connect`], over a connection that is there, to a match or to the one that the server plays by itself.
+    ///
+    /// # Errors
+    /// As [`Self::connect`].
+    pub async fn over(stream: impl Stream, of: Option<Digest>, login: Login) -> Result<Self, ClientError> {
+        let enter = of.map(|match_id| ClientMessage::Enter { match_id, seat: None });
+        Self::seated(Connection::begin(Talk::over(stream), enter.as_ref(), &login.hello()).await?)
+    }
+
+    fn seated(connection: Connection) -> Result<Self, ClientError> {
         let seat = connection.welcome.seat;
         let seat = seat.ok_or_else(|| unexpected("the welcome of a spectator", "that of a player"))?;
         Ok(Self { connection, seat, next_seq: 0 })

@@ -10,6 +10,7 @@ use maniple_view::{Delta, MatchResult, Seat, View};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 
+use crate::destination::{Destination, Stream};
 use crate::error::ClientError;
 
 /// Bytes that are read at once: a few of the usual deltas.
@@ -48,12 +49,68 @@ pub enum Event {
     Ended(MatchResult),
 }
 
+/// A connection to a server, and what has come in of a message.
+#[derive(Debug)]
+pub(crate) struct Talk {
+    stream: Box<dyn Stream>,
+    frames: FrameDecoder,
+    buffer: Vec<u8>,
+    /// Whether the encoding has been chosen.
+    has_begun: bool,
+}
+
+impl Talk {
+    pub(crate) async fn connect(destination: &Destination) -> Result<Self, ClientError> {
+        let address = &destination.address;
+        let connected = TcpStream::connect(address).await;
+        let stream = connected.map_err(|source| ClientError::Connect { address: address.clone(), source })?;
+        stream.set_nodelay(true)?;
+        Ok(Self::over(stream))
+    }
+
+    pub(crate) fn over(stream: impl Stream) -> Self {
+        let frames = FrameDecoder::new(Encoding::Binary, FRAME_FROM_SERVER_MAX);
+        Self { stream: Box::new(stream), frames, buffer: vec![0; READ_SIZE], has_begun: false }
+    }
+
+    /// Sends a message.
+    pub(crate) async fn say(&mut self, message: &ClientMessage) -> Result<(), ClientError> {
+        let bytes = encode_client(Encoding::Binary, message)?;
+        if std::mem::replace(&mut self.has_begun, true) {
+            return self.write(&bytes).await;
+        }
+        let bytes = [Encoding::Binary.preamble(), &bytes].concat();
+        self.write(&bytes).await
+    }
+
+    /// Writes to a server that may have closed the connection: its reason can still be read then.
+    pub(crate) async fn write(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
+        use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
+        match self.stream.write_all(bytes).await {
+            Err(error) if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset) => Ok(()),
+            written => Ok(written?),
+        }
+    }
+
+    /// Waits for the next message. A wait that is given up loses nothing.
+    pub(crate) async fn next(&mut self) -> Result<ServerMessage, ClientError> {
+        loop {
+            if let Some(body) = self.frames.poll()? {
+                return Ok(decode_server(Encoding::Binary, body)?);
+            }
+            let count = self.stream.read(&mut self.buffer).await?;
+            if count == 0 {
+                return Err(ClientError::Closed);
+            }
+            self.frames.handle_bytes(&self.buffer[..count]);
+        }
+    }
+}
+
 /// A connection that the server has welcomed.
 #[derive(Debug)]
 pub(crate) struct Connection {
-    stream: TcpStream,
-    frames: FrameDecoder,
-    buffer: Vec<u8>,
+    talk: Talk,
     pub(crate) welcome: Welcome,
     pub(crate) view: View,
     /// The view with which who comes begins.
@@ -62,39 +119,37 @@ pub(crate) struct Connection {
 
 impl Connection {
     /// Connects, says `first` and waits for the welcome.
-    pub(crate) async fn open(address: &str, first: &ClientMessage) -> Result<Self, ClientError> {
-        let connected = TcpStream::connect(address).await;
-        let mut stream =
-            connected.map_err(|source| ClientError::Connect { address: address.to_owned(), source })?;
-        stream.set_nodelay(true)?;
-        let mut bytes = Encoding::Binary.preamble().to_vec();
-        bytes.extend(encode_client(Encoding::Binary, first)?);
-        write(&mut stream, &bytes).await?;
-        let mut frames = FrameDecoder::new(Encoding::Binary, FRAME_FROM_SERVER_MAX);
-        let mut buffer = vec![0; READ_SIZE];
-        let welcome = match read(&mut stream, &mut frames, &mut buffer).await? {
+    pub(crate) async fn open(destination: Destination, first: &ClientMessage) -> Result<Self, ClientError> {
+        let talk = Talk::connect(&destination).await?;
+        Self::begin(talk, destination.enter().as_ref(), first).await
+    }
+
+    /// As [`Self::open`], over a connection that is there.
+    pub(crate) async fn begin(
+        mut talk: Talk,
+        enter: Option<&ClientMessage>,
+        first: &ClientMessage,
+    ) -> Result<Self, ClientError> {
+        if let Some(enter) = enter {
+            talk.say(enter).await?;
+        }
+        talk.say(first).await?;
+        let welcome = match talk.next().await? {
             ServerMessage::Welcome(welcome) => welcome,
             ServerMessage::Refused { reason } => return Err(ClientError::Refused(reason)),
-            ServerMessage::Delta(_) | ServerMessage::Packed(_) => {
-                return Err(unexpected("a delta", "the welcome"));
-            }
-            ServerMessage::Pong { .. } => return Err(unexpected("a pong", "the welcome")),
-            ServerMessage::Paused { .. } => return Err(unexpected("a pause", "the welcome")),
-            ServerMessage::Ended { .. } => return Err(unexpected("the end", "the welcome")),
-            ServerMessage::Keyframe {} => return Err(unexpected("`keyframe`", "the welcome")),
-            ServerMessage::Warned { .. } => return Err(unexpected("a warning", "the welcome")),
+            other => return Err(unexpected(other.name(), "the welcome")),
         };
         let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
-        Ok(Self { stream, frames, buffer, welcome, beginning: view.clone(), view })
+        Ok(Self { talk, welcome, beginning: view.clone(), view })
     }
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
     pub(crate) async fn next(&mut self) -> Result<Event, ClientError> {
-        let mut message = read(&mut self.stream, &mut self.frames, &mut self.buffer).await?;
+        let mut message = self.talk.next().await?;
         if let ServerMessage::Keyframe {} = message {
             // Nothing is to be told before the keyframe has come.
             self.view = self.beginning.clone();
-            message = read(&mut self.stream, &mut self.frames, &mut self.buffer).await?;
+            message = self.talk.next().await?;
         }
         match message {
             ServerMessage::Delta(delta) => self.take_in(delta),
@@ -107,52 +162,26 @@ impl Connection {
             ServerMessage::Paused { seats, on } => Ok(Event::Paused { seats, on }),
             ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
             ServerMessage::Warned { reason, left } => Ok(Event::Warned { reason, left }),
-            ServerMessage::Keyframe {} => Err(unexpected("a second `keyframe`", "a delta")),
-            ServerMessage::Welcome(_) => Err(unexpected("a second welcome", "a delta")),
+            other @ (ServerMessage::Welcome(_)
+            | ServerMessage::Keyframe {}
+            | ServerMessage::Matches { .. }
+            | ServerMessage::Created { .. }) => Err(unexpected(other.name(), "a delta")),
         }
     }
 
     /// Sends a message.
     pub(crate) async fn say(&mut self, message: &ClientMessage) -> Result<(), ClientError> {
-        let bytes = encode_client(Encoding::Binary, message)?;
-        self.write(&bytes).await
+        self.talk.say(message).await
     }
 
     /// Sends messages that are written already.
     pub(crate) async fn write(&mut self, bytes: &[u8]) -> Result<(), ClientError> {
-        write(&mut self.stream, bytes).await
+        self.talk.write(bytes).await
     }
 
     fn take_in(&mut self, delta: Delta) -> Result<Event, ClientError> {
         self.view.apply(&delta)?;
         Ok(Event::Cycle(Box::new(delta)))
-    }
-}
-
-/// Waits for the next message. A wait that is given up loses nothing.
-async fn read(
-    stream: &mut TcpStream,
-    frames: &mut FrameDecoder,
-    buffer: &mut [u8],
-) -> Result<ServerMessage, ClientError> {
-    loop {
-        if let Some(body) = frames.poll()? {
-            return Ok(decode_server(Encoding::Binary, body)?);
-        }
-        let count = stream.read(buffer).await?;
-        if count == 0 {
-            return Err(ClientError::Closed);
-        }
-        frames.handle_bytes(&buffer[..count]);
-    }
-}
-
-/// Writes to a server that may have closed the connection: its reason can still be read then.
-async fn write(stream: &mut TcpStream, bytes: &[u8]) -> Result<(), ClientError> {
-    use std::io::ErrorKind::{BrokenPipe, ConnectionAborted, ConnectionReset};
-    match stream.write_all(bytes).await {
-        Err(error) if matches!(error.kind(), BrokenPipe | ConnectionAborted | ConnectionReset) => Ok(()),
-        written => Ok(written?),
     }
 }
 

@@ -1,9 +1,10 @@
 //! Somebody who watches a match.
 
 use maniple_protocol::{ClientMessage, PROTOCOL, Watch, Welcome};
-use maniple_view::{Rules, Vantage, View};
+use maniple_view::{Digest, Rules, Vantage, View};
 
-use crate::connection::{Connection, Event, unexpected};
+use crate::connection::{Connection, Event, Talk, unexpected};
+use crate::destination::{Destination, Stream};
 use crate::error::ClientError;
 
 /// A spectator of a match, with a mirrored view. It has nothing to say, and is behind the match by the delay that the
@@ -21,9 +22,25 @@ impl Spectator {
     ///
     /// # Errors
     /// A server that cannot be reached, or refuses, for one because the scenario does not permit it.
-    pub async fn watch(address: &str, client: &str, view: Vantage) -> Result<Self, ClientError> {
-        let watch = ClientMessage::Watch(Watch { protocol: PROTOCOL, client: client.to_owned(), view });
-        let connection = Connection::open(address, &watch).await?;
+    pub async fn watch(to: impl Into<Destination>, client: &str, view: Vantage) -> Result<Self, ClientError> {
+        Self::seated(Connection::open(to.into(), &watch(client, view)).await?)
+    }
+
+    /// As [`Self::watch`], over a connection that is there, a match or the one that the server plays by itself.
+    ///
+    /// # Errors
+    /// As [`Self::watch`].
+    pub async fn over(
+        stream: impl Stream,
+        of: Option<Digest>,
+        client: &str,
+        view: Vantage,
+    ) -> Result<Self, ClientError> {
+        let enter = of.map(|match_id| ClientMessage::Enter { match_id, seat: None });
+        Self::seated(Connection::begin(Talk::over(stream), enter.as_ref(), &watch(client, view)).await?)
+    }
+
+    fn seated(connection: Connection) -> Result<Self, ClientError> {
         let delay = connection.welcome.delay;
         let delay = delay.ok_or_else(|| unexpected("the welcome of a player", "that of a spectator"))?;
         Ok(Self { connection, delay })
@@ -68,4 +85,8 @@ impl Spectator {
     pub fn welcome(&self) -> &Welcome {
         &self.connection.welcome
     }
+}
+
+fn watch(client: &str, view: Vantage) -> ClientMessage {
+    ClientMessage::Watch(Watch { protocol: PROTOCOL, client: client.to_owned(), view })
 }

@@ -3,21 +3,20 @@
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::mpsc::{SendError, Sender};
 use std::time::Duration;
 
 use maniple_protocol::{Encoding, Hello, Inbound, Input, Refused, ServerMessage, Watch, encode_server};
-use tokio::io::{AsyncRead, AsyncReadExt, AsyncWriteExt};
-use tokio::net::TcpStream;
-use tokio::net::tcp::{OwnedReadHalf, OwnedWriteHalf};
+use maniple_view::{Digest, Seat};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf, split};
 use tokio::sync::Semaphore;
 use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
 
 use crate::doors::Doors;
 use crate::link::Link;
+use crate::lobby::{ASKS_MAX, Lobby};
 use crate::queue::FLUSH_TIMEOUT;
-use crate::simulation::Event;
+use crate::simulation::{Event, Mailbox};
 
 /// Time for the hello; a client sends it at once.
 pub const HELLO_TIMEOUT: Duration = Duration::from_secs(HELLO_SECONDS as u64);
@@ -47,38 +46,47 @@ pub const DISCARD_BYTES_MAX: usize = 4 << 20;
 /// Bytes that are read at once: half of the largest message, which is rare.
 const READ_SIZE: usize = 8 * 1024;
 
-/// A connection of a match, counted in the order in which they came.
+/// What bytes come and go through: a TCP connection, also an encrypted one, or, in tests, a simulated one.
+pub trait Stream: AsyncRead + AsyncWrite + Unpin + Send + 'static {}
+
+impl<S: AsyncRead + AsyncWrite + Unpin + Send + 'static> Stream for S {}
+
+/// A connection of the server, counted in the order in which they came.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct ConnectionId(pub(crate) u64);
 
-/// What a connection needs to know of its match.
+/// The way into a match.
 #[derive(Clone, Debug)]
 pub(crate) struct Gate {
     /// To the simulation.
-    pub(crate) events: Sender<Event>,
+    pub(crate) mailbox: Mailbox,
     /// Where whoever wants in waits.
     pub(crate) doors: Arc<Doors>,
     /// Cancelled when the match has ended.
     pub(crate) ended: CancellationToken,
 }
 
+/// What a connection needs to know of its server.
+#[derive(Clone, Debug)]
+pub(crate) struct Reception {
+    pub(crate) lobby: Arc<Lobby>,
+    pub(crate) connection: ConnectionId,
+    pub(crate) peer: SocketAddr,
+    /// Cancelled when nobody is received any more.
+    pub(crate) closing: CancellationToken,
+}
+
 /// Serves a connection until its last message is sent. Returns what is left to do, if anything is; it has nothing to do
-/// with the match any more.
-pub(crate) async fn serve(
-    stream: TcpStream,
-    connection: ConnectionId,
-    peer: SocketAddr,
-    gate: Gate,
-) -> Option<Farewell> {
+/// with a match any more.
+pub(crate) async fn serve<S: Stream>(stream: S, reception: Reception) -> Option<Farewell<S>> {
+    let Reception { connection, peer, .. } = reception;
     tracing::debug!(connection = connection.0, %peer, "connected");
-    let nodelay = stream.set_nodelay(true);
-    if let Err(error) = nodelay {
-        tracing::debug!(connection = connection.0, %error, "no TCP_NODELAY");
-    }
-    let (half, mut writer) = stream.into_split();
+    let (half, mut writer) = split(stream);
     let mut reader = Reader { half, inbound: Inbound::new(), buffer: vec![0; READ_SIZE] };
-    match greet(&mut reader, &gate).await {
-        Greeting::Opened(opening) => attend(&mut reader, &mut writer, opening, connection, &gate).await,
+    match greet(&mut reader, &mut writer, &reception).await {
+        Greeting::Opened(opening, gate) => {
+            attend(&mut reader, &mut writer, opening, connection, &gate).await;
+        }
         Greeting::Refused(reason) => {
             tracing::info!(connection = connection.0, %peer, %reason, "refused");
             refuse(&mut writer, reader.inbound.encoding(), reason).await;
@@ -89,16 +97,23 @@ pub(crate) async fn serve(
     goodbye.is_ok().then_some(Farewell { reader, _writer: writer, connection, peer })
 }
 
+/// Refuses a connection before it says anything.
+pub(crate) async fn turn_away(mut stream: impl Stream, reason: Refused) {
+    refuse(&mut stream, Encoding::Json, reason).await;
+    // It is closed in any case.
+    let _ = stream.shutdown().await;
+}
+
 /// A connection that has been told all, and is given the time to take it.
-pub(crate) struct Farewell {
-    reader: Reader,
+pub(crate) struct Farewell<S> {
+    reader: Reader<S>,
     /// The socket is closed when both halves are.
-    _writer: OwnedWriteHalf,
+    _writer: WriteHalf<S>,
     connection: ConnectionId,
     peer: SocketAddr,
 }
 
-impl Farewell {
+impl<S: Stream> Farewell<S> {
     /// Waits until the client has closed the connection, or it is time to.
     pub(crate) async fn wait(mut self) {
         self.reader.discard().await;
@@ -108,7 +123,7 @@ impl Farewell {
 
 /// How a connection begins.
 enum Greeting {
-    Opened(Opening),
+    Opened(Opening, Gate),
     Refused(Refused),
     /// The client has closed it.
     Gone,
@@ -116,46 +131,79 @@ enum Greeting {
 
 /// Who has come.
 enum Opening {
-    /// A player.
-    Hello(Hello),
+    /// A player, and the open seat that it wants.
+    Hello(Hello, Option<Seat>),
     /// A spectator.
     Watch(Watch),
 }
 
-async fn greet(reader: &mut Reader, gate: &Gate) -> Greeting {
-    let first = tokio::select! {
-        biased;
-        first = timeout(HELLO_TIMEOUT, reader.next()) => first,
-        () = gate.ended.cancelled() => return Greeting::Refused(Refused::Shutdown),
+/// Answers what is asked of the lobby, until the client has said which match it is for, and who it is.
+async fn greet<S: Stream>(
+    reader: &mut Reader<S>,
+    writer: &mut WriteHalf<S>,
+    reception: &Reception,
+) -> Greeting {
+    let mut chosen: Option<(Digest, Option<Seat>)> = None;
+    let open = |opening, chosen: Option<(Digest, Option<Seat>)>| {
+        let gate = reception.lobby.gate(chosen.map(|(id, _)| id));
+        gate.map_or_else(Greeting::Refused, |gate| Greeting::Opened(opening, gate))
     };
-    match first {
-        Err(_) => Greeting::Refused(Refused::Timeout { seconds: HELLO_SECONDS }),
-        Ok(Err(_) | Ok(None)) => Greeting::Gone,
-        Ok(Ok(Some(Input::Hello(hello)))) => Greeting::Opened(Opening::Hello(hello)),
-        Ok(Ok(Some(Input::Watch(watch)))) => Greeting::Opened(Opening::Watch(watch)),
-        Ok(Ok(Some(Input::Violation(reason)))) => Greeting::Refused(reason),
-        Ok(Ok(Some(
-            Input::Commands { .. }
-            | Input::Done { .. }
-            | Input::Ping { .. }
-            | Input::Pause { .. }
-            | Input::Dropped(_),
-        ))) => Greeting::Refused(Refused::Handshake),
+    for _ in 0..=ASKS_MAX {
+        let said = tokio::select! {
+            biased;
+            said = timeout(HELLO_TIMEOUT, reader.next()) => said,
+            () = reception.closing.cancelled() => return Greeting::Refused(Refused::Shutdown),
+        };
+        let answer = match said {
+            Err(_) => return Greeting::Refused(Refused::Timeout { seconds: HELLO_SECONDS }),
+            Ok(Err(_) | Ok(None)) => return Greeting::Gone,
+            Ok(Ok(Some(Input::Hello(hello)))) => {
+                let seat = chosen.and_then(|(_, seat)| seat);
+                return open(Opening::Hello(hello, seat), chosen);
+            }
+            Ok(Ok(Some(Input::Watch(watch)))) => return open(Opening::Watch(watch), chosen),
+            Ok(Ok(Some(Input::Enter { match_id, seat }))) => {
+                chosen = Some((match_id, seat));
+                continue;
+            }
+            Ok(Ok(Some(Input::List))) => Ok(reception.lobby.list()),
+            Ok(Ok(Some(Input::Create(create)))) => reception.lobby.create(create, reception.peer.ip()).await,
+            Ok(Ok(Some(Input::Violation(reason)))) => Err(reason),
+            Ok(Ok(Some(
+                Input::Commands { .. }
+                | Input::Done { .. }
+                | Input::Ping { .. }
+                | Input::Pause { .. }
+                | Input::Dropped(_),
+            ))) => Err(Refused::Handshake),
+        };
+        match answer {
+            Ok(answer) => {
+                let Ok(bytes) = encode_server(reader.inbound.encoding(), &answer) else {
+                    return Greeting::Refused(Refused::Broken);
+                };
+                if !matches!(timeout(FLUSH_TIMEOUT, writer.write_all(&bytes)).await, Ok(Ok(()))) {
+                    return Greeting::Gone;
+                }
+            }
+            Err(reason) => return Greeting::Refused(reason),
+        }
     }
+    Greeting::Refused(Refused::AsksTooMuch { limit: ASKS_MAX })
 }
 
 /// Hands everything that comes after the first message to the simulation, and writes what it answers, until the simulation
 /// has closed the connection.
-async fn attend(
-    reader: &mut Reader,
-    writer: &mut OwnedWriteHalf,
+async fn attend<S: Stream>(
+    reader: &mut Reader<S>,
+    writer: &mut WriteHalf<S>,
     opening: Opening,
     connection: ConnectionId,
     gate: &Gate,
 ) {
     let turn = async {
         match &opening {
-            Opening::Hello(hello) => {
+            Opening::Hello(hello, _) => {
                 gate.doors.wait_turn(&hello.token).await;
                 Ok(())
             }
@@ -171,19 +219,21 @@ async fn attend(
     }
     let (link, outbox) = Link::new(reader.inbound.encoding());
     let (event, in_flight_max) = match opening {
-        Opening::Hello(hello) => (Event::Hello { connection, hello, link }, IN_FLIGHT_MAX),
+        Opening::Hello(hello, wanted) => (Event::Hello { connection, hello, wanted, link }, IN_FLIGHT_MAX),
         Opening::Watch(watch) => (Event::Watch { connection, watch, link }, SPECTATOR_IN_FLIGHT_MAX),
     };
-    if let Err(SendError(Event::Hello { link, .. } | Event::Watch { link, .. })) = gate.events.send(event) {
+    if let Err(unsent) = gate.mailbox.send(event)
+        && let Event::Hello { link, .. } | Event::Watch { link, .. } = *unsent
+    {
         link.refuse(Refused::Shutdown);
     }
     let mut write = std::pin::pin!(outbox.write_to(writer));
     let written = tokio::select! {
-        () = reader.listen(connection, in_flight_max, &gate.events) => None,
+        () = reader.listen(connection, in_flight_max, &gate.mailbox) => None,
         written = &mut write => Some(written),
     };
     // The simulation may have ended already; then the link is gone as well.
-    let _ = gate.events.send(Event::Gone { connection });
+    let _ = gate.mailbox.send(Event::Gone { connection });
     let written = match written {
         Some(written) => written,
         // Who cannot write may not get round to reading.
@@ -197,20 +247,20 @@ async fn attend(
     }
 }
 
-async fn refuse(writer: &mut OwnedWriteHalf, encoding: Encoding, reason: Refused) {
+async fn refuse(writer: &mut (impl AsyncWrite + Unpin), encoding: Encoding, reason: Refused) {
     let Ok(bytes) = encode_server(encoding, &ServerMessage::Refused { reason }) else { return };
     // Whoever does not take it has gone or does not care.
     let _ = timeout(FLUSH_TIMEOUT, writer.write_all(&bytes)).await;
 }
 
 /// The reading half.
-struct Reader {
-    half: OwnedReadHalf,
+struct Reader<S> {
+    half: ReadHalf<S>,
     inbound: Inbound,
     buffer: Vec<u8>,
 }
 
-impl Reader {
+impl<S: Stream> Reader<S> {
     /// Returns what the client says next; `None` if it has closed the connection.
     async fn next(&mut self) -> io::Result<Option<Input>> {
         loop {
@@ -226,12 +276,12 @@ impl Reader {
     }
 
     /// Hands on what the client says, at most so much at a time, until it closes the connection or breaks the protocol.
-    async fn listen(&mut self, connection: ConnectionId, in_flight_max: usize, events: &Sender<Event>) {
+    async fn listen(&mut self, connection: ConnectionId, in_flight_max: usize, mailbox: &Mailbox) {
         let room = Arc::new(Semaphore::new(in_flight_max));
         while let Ok(Some(input)) = self.next().await {
             let is_last = matches!(input, Input::Violation(_));
             let Ok(permit) = Arc::clone(&room).acquire_owned().await else { return };
-            let sent = events.send(Event::Input { connection, input, permit });
+            let sent = mailbox.send(Event::Input { connection, input, permit });
             if is_last || sent.is_err() {
                 return;
             }

@@ -1,14 +1,19 @@
 //! The daemon: a referee over TCP. It moves bytes and waits; what they mean is for the core to say.
 //!
-//! A [`Server`] listens and plays one [`Match`] after the other. The simulation has a thread of its own, which owns
-//! the referee; each connection has a task. They talk through queues that are bounded in both directions, so neither
-//! a flood nor a reader that has stopped reaches the simulation or another player.
+//! A [`Server`] listens and receives whoever comes; its [`Lobby`] knows the matches. A few threads play them by turns, each
+//! of which owns its referee; each connection has a task. They talk through queues that are bounded in both directions, so neither
+//! a flood nor a reader that has stopped reaches a simulation or another player.
 
 mod audience;
 mod connection;
 mod doors;
+mod journal;
+mod limits;
 mod link;
+mod lobby;
+mod matches;
 mod pace;
+mod pool;
 mod queue;
 mod recording;
 mod server;
@@ -19,14 +24,18 @@ mod token;
 pub use audience::SPECTATORS_MAX;
 pub use connection::{
     DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX,
-    SPECTATOR_IN_FLIGHT_MAX,
+    SPECTATOR_IN_FLIGHT_MAX, Stream,
 };
 pub use doors::{Access, JOIN_INTERVAL};
+pub use journal::{JournalError, Journals, Resumed, SYNC_INTERVAL};
+pub use limits::Limits;
 pub use link::VIOLATIONS_MAX;
+pub use lobby::{ASKS_MAX, Lobby, Offer};
+pub use matches::{Match, MatchError, RunError};
 pub use pace::LATE_PERIODS_MAX;
 pub use queue::{CONTROLS_WAITING_MAX, FLUSH_TIMEOUT};
-pub use recording::{BUILD, Recording, RecordingError, events, files, overrides};
-pub use server::{CONNECTIONS_MAX, Match, MatchError, RunError, SEND_BUFFER_SIZE, Server};
-pub use simulation::EVENTS_BEFORE_STEP_MAX;
+pub use recording::{BUILD, Recording, RecordingError, StartError, events, files, loaded, overrides};
+pub use server::{House, SEND_BUFFER_SIZE, Server};
+pub use simulation::{EVENTS_BEFORE_STEP_MAX, RETURN_TIMEOUT};
 pub use table::NEWS_WAITING_MAX;
 pub use token::{Token, TokenError};

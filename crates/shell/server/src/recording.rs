@@ -2,7 +2,8 @@
 
 use std::io::{self, Write};
 
-use maniple_game::{Files, Loaded, LoadedFile, Overrides};
+use maniple_game::{Files, LoadError, Loaded, LoadedFile, Overrides, load};
+use maniple_geometry::Cycle;
 use maniple_protocol::{EncodeError, PROTOCOL, Record, Replay, ReplayHeader, ReplayWriter};
 use maniple_referee::RecordedEvent;
 use maniple_view::Digest;
@@ -73,6 +74,21 @@ impl<W: Write> Recording<W> {
         Ok(())
     }
 
+    /// Goes on with a replay behind what a sink has of it.
+    pub(crate) fn resume(writer: ReplayWriter, sink: W) -> Self {
+        Self { writer, sink }
+    }
+
+    /// Returns the sink.
+    pub(crate) fn sink(&mut self) -> &mut W {
+        &mut self.sink
+    }
+
+    /// Returns the sink, whatever is still on its way.
+    pub(crate) fn into_sink(self) -> W {
+        self.sink
+    }
+
     /// Writes what is still on its way, and returns the sink.
     ///
     /// # Errors
@@ -94,6 +110,53 @@ pub fn events(replay: &Replay) -> impl Iterator<Item = RecordedEvent> {
 pub fn files(header: &ReplayHeader) -> Files {
     let file = |(path, bytes): &(String, Vec<u8>)| LoadedFile { path: path.clone(), bytes: bytes.clone() };
     Files(header.files.iter().map(file).collect())
+}
+
+/// A header that no match can be started from.
+#[derive(Debug, Error)]
+pub enum StartError {
+    /// The files are none of a match.
+    #[error(transparent)]
+    Load(#[from] LoadError),
+    /// They have another number of seats.
+    #[error("the header says {header} seats, the scenario in it has {scenario}; record the match again")]
+    Seats {
+        /// The number of the header.
+        header: u16,
+        /// The number of the scenario.
+        scenario: usize,
+    },
+    /// The map is another.
+    #[error(
+        "the map hashes to {found}, the replay says {header}; this build reads maps differently from {build}"
+    )]
+    Map {
+        /// The hash of the header.
+        header: Digest,
+        /// The hash now.
+        found: Digest,
+        /// The program that recorded it.
+        build: String,
+    },
+}
+
+/// Returns the start of the match of a replay.
+///
+/// # Errors
+/// See [`StartError`].
+pub fn loaded(header: &ReplayHeader) -> Result<Loaded, StartError> {
+    let mut loaded = load(&files(header), &header.scenario, &overrides(header))?;
+    loaded.limit_cycles(Cycle(header.cycles_max));
+    let seats = loaded.scenario.seats.len();
+    if usize::from(header.seats) != seats {
+        return Err(StartError::Seats { header: header.seats, scenario: seats });
+    }
+    let found = Digest(loaded.map.hash());
+    if found != header.map_hash {
+        let (header, build) = (header.map_hash, header.build.clone());
+        return Err(StartError::Map { header, found, build });
+    }
+    Ok(loaded)
 }
 
 /// Returns what was asked for in the match of a replay instead of what its scenario says: all of it.

@@ -1,29 +1,26 @@
-//! Listens, and plays matches.
+//! Listens, receives who comes, and plays matches.
 
-use std::io::{self, Write};
+use std::collections::BTreeMap;
+use std::io;
 use std::net::SocketAddr;
-use std::sync::{Arc, mpsc};
-use std::thread;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::available_parallelism;
 use std::time::Duration;
 
-use maniple_referee::Referee;
-use maniple_view::{Digest, MatchResult};
-use thiserror::Error;
+use maniple_protocol::Refused;
+use maniple_view::MatchResult;
 use tokio::net::{TcpListener, TcpSocket, TcpStream};
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, oneshot};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 use tokio::task::JoinSet;
 use tokio_util::sync::CancellationToken;
 
-use crate::connection::{ConnectionId, Gate, serve};
-use crate::doors::{Access, Doors};
-use crate::recording::{Recording, RecordingError};
-use crate::simulation::{Event, Simulation};
-use crate::table::Table;
-use crate::token::Token;
-
-/// Connections at the same time; more wait in the backlog of the socket. There are at most 64 seats and 64 spectators,
-/// the rest is those that have not said hello yet, which takes them 5 seconds at most.
-pub const CONNECTIONS_MAX: usize = 1024;
+use crate::connection::{ConnectionId, Reception, Stream, serve, turn_away};
+use crate::journal::Journals;
+use crate::limits::{Addresses, Limits};
+use crate::lobby::{Lobby, Offer};
+use crate::matches::{Match, RunError};
+use crate::pool::Pool;
 
 /// Bytes of a socket's send buffer. The system would let it grow to megabytes, which is a minute and more of deltas
 /// that a client has yet to see when it is found to be too slow.
@@ -35,117 +32,110 @@ const BACKLOG: u32 = 1024;
 /// Pause after a connection could not be accepted, which is mostly for want of file descriptors.
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 
-/// A socket that listens, and one match after the other on it.
+/// A socket that listens, and the matches that are played over it.
 #[derive(Debug)]
 pub struct Server {
     listener: TcpListener,
+    house: House,
+}
+
+/// All of a server but the socket: the lobby, and the connections.
+#[derive(Clone, Debug)]
+pub struct House {
+    lobby: Arc<Lobby>,
     slots: Arc<Semaphore>,
+    addresses: Addresses,
+    numbers: Arc<AtomicU64>,
 }
 
-/// Where a replay goes.
-pub(crate) type Sink = Box<dyn Write + Send>;
-
-/// A match that is to be played, and who may play it.
-pub struct Match {
-    referee: Referee,
-    id: Digest,
-    access: Vec<Access>,
-    sink: Option<Sink>,
-}
-
-/// A match that cannot be set up.
-#[derive(Clone, Copy, Debug, Error)]
-pub enum MatchError {
-    /// The operating system gives no random bits.
-    #[error("the operating system gives no random bits: {0}")]
-    Random(#[from] getrandom::Error),
-    /// Not one entry a seat.
-    #[error("the match has {seats} seats, but access is given for {given}")]
-    Access {
-        /// How many were given.
-        given: usize,
-        /// How many seats there are.
-        seats: usize,
-    },
-}
-
-/// Why a match could not be played to its end.
-#[derive(Debug, Error)]
-pub enum RunError {
-    /// It cannot be recorded.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// The operating system gives no thread.
-    #[error("the thread of the simulation cannot be started: {0}")]
-    Thread(#[from] io::Error),
-    /// The simulation has panicked, which is a mistake of this program.
-    #[error("the simulation has panicked")]
-    Panicked,
-}
-
-impl Match {
-    /// Returns a match with a random token for each seat; see [`Self::access`].
+impl House {
+    /// Returns a house whose matches are played by so many threads; none: each by a task of the runtime, in its time.
     ///
     /// # Errors
-    /// An operating system without random bits.
-    pub fn with_random_tokens(referee: Referee) -> Result<Self, MatchError> {
-        let token = |_| Token::random().map(Access::Token);
-        let access = (0..referee.seats()).map(token).collect::<Result<_, _>>()?;
-        Self::new(referee, access)
+    /// An operating system that gives no thread.
+    pub fn new(
+        limits: Limits,
+        offers: BTreeMap<String, Offer>,
+        journals: Option<Journals>,
+        threads: usize,
+    ) -> io::Result<Self> {
+        let pool = if threads == 0 { Pool::Tasks } else { Pool::with_threads(threads)? };
+        Ok(Self {
+            lobby: Arc::new(Lobby::new(pool, limits, offers, journals)),
+            slots: Arc::new(Semaphore::new(limits.connections)),
+            addresses: Addresses::default(),
+            numbers: Arc::default(),
+        })
     }
 
-    /// Returns a match with these rights of access, in order of the seats.
-    ///
-    /// # Errors
-    /// Not one entry a seat, or an operating system without random bits.
-    pub fn new(mut referee: Referee, access: Vec<Access>) -> Result<Self, MatchError> {
-        let (given, seats) = (access.len(), referee.seats());
-        if given != seats {
-            return Err(MatchError::Access { given, seats });
+    /// Returns its lobby.
+    #[must_use]
+    pub fn lobby(&self) -> &Arc<Lobby> {
+        &self.lobby
+    }
+
+    /// Serves a connection, in a task of its own, until it is over or `closing` is cancelled; one too many is dropped.
+    pub fn receive(&self, stream: impl Stream, peer: SocketAddr, closing: &CancellationToken) {
+        if let Ok(slot) = Arc::clone(&self.slots).try_acquire_owned() {
+            tokio::spawn(self.attend(stream, peer, slot, closing.clone()));
         }
-        let mut id = [0; 8];
-        getrandom::fill(&mut id)?;
-        // Who goes on with a match opens them before its cycles are played again.
-        if referee.cycle().0 == 0 {
-            referee.open_stands();
+    }
+
+    /// Serves a connection until it has nothing to do with a match any more; it may take its last message after that.
+    fn attend<S: Stream>(
+        &self,
+        stream: S,
+        peer: SocketAddr,
+        slot: OwnedSemaphorePermit,
+        closing: CancellationToken,
+    ) -> impl Future<Output = ()> + Send + use<S> {
+        let connection = ConnectionId(self.numbers.fetch_add(1, Ordering::Relaxed));
+        let limit = self.lobby.limits().connections_per_address;
+        let place = self.addresses.take(peer.ip(), limit);
+        let reception = Reception { lobby: Arc::clone(&self.lobby), connection, peer, closing };
+        async move {
+            let Some(place) = place else {
+                let limit = u32::try_from(limit).unwrap_or(u32::MAX);
+                tracing::info!(%peer, limit, "too many connections of one address");
+                return turn_away(stream, Refused::AddressFull { limit }).await;
+            };
+            let Some(farewell) = serve(stream, reception).await else { return };
+            // On its own: who takes its time shall not hold up the next match.
+            tokio::spawn(async move {
+                farewell.wait().await;
+                drop((slot, place));
+            });
         }
-        Ok(Self { referee, id: Digest(u64::from_le_bytes(id)), access, sink: None })
-    }
-
-    /// Lets the replay of the match go to `sink` as it is played; of a match that is broken off, up to there. The
-    /// simulation writes, so `sink` must not wait for anybody, and should be buffered. Without it nothing is recorded.
-    #[must_use]
-    pub fn recorded_to(mut self, sink: impl Write + Send + 'static) -> Self {
-        self.sink = Some(Box::new(sink));
-        self
-    }
-
-    /// Returns who may take which seat.
-    #[must_use]
-    pub fn access(&self) -> &[Access] {
-        &self.access
-    }
-
-    /// Returns the number of the match, as clients are told.
-    #[must_use]
-    pub fn id(&self) -> Digest {
-        self.id
     }
 }
 
 impl Server {
-    /// Returns a server that listens; port 0 is any that is free.
+    /// Returns a server that listens; port 0 is any that is free. A thread for each processor plays its matches.
+    ///
+    /// # Errors
+    /// An address that cannot be had, or no thread.
+    pub fn bind(listen: SocketAddr) -> io::Result<Self> {
+        let threads = available_parallelism().map_or(1, usize::from);
+        Self::open(listen, House::new(Limits::default(), BTreeMap::new(), None, threads)?)
+    }
+
+    /// Returns a server that listens for a house; port 0 is any that is free.
     ///
     /// # Errors
     /// An address that cannot be had.
-    pub fn bind(listen: SocketAddr) -> io::Result<Self> {
+    pub fn open(listen: SocketAddr, house: House) -> io::Result<Self> {
         let socket = if listen.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
         #[cfg(unix)]
         socket.set_reuseaddr(true)?;
         socket.set_send_buffer_size(SEND_BUFFER_SIZE)?;
         socket.bind(listen)?;
-        let listener = socket.listen(BACKLOG)?;
-        Ok(Self { listener, slots: Arc::new(Semaphore::new(CONNECTIONS_MAX)) })
+        Ok(Self { listener: socket.listen(BACKLOG)?, house })
+    }
+
+    /// Returns what it listens for.
+    #[must_use]
+    pub fn house(&self) -> &House {
+        &self.house
     }
 
     /// Returns the address on which it listens.
@@ -156,9 +146,9 @@ impl Server {
         self.listener.local_addr()
     }
 
-    /// Plays a match: waits until all seats have been joined, plays to the end, or until `shutdown`, and tells all
-    /// connections. Returns its result; `None` if it was broken off by the shutdown. Connections that come between
-    /// two matches wait for the next.
+    /// Plays a match, beside those of the lobby, for whoever names no match: waits until all seats have been joined, plays to the end,
+    /// or until `shutdown`, and tells all connections. Returns its result; `None` if it was broken off by the shutdown. Connections that
+    /// come between two matches wait for the next.
     ///
     /// # Errors
     /// See [`RunError`]; what clients do is none.
@@ -167,44 +157,54 @@ impl Server {
         game: Match,
         shutdown: impl Future<Output = ()>,
     ) -> Result<Option<MatchResult>, RunError> {
-        let loaded = game.referee.loaded();
-        let recording = game.sink.map(|sink| Recording::begin(loaded, sink)).transpose()?;
-        let (events, received) = mpsc::channel();
-        let doors = Arc::new(Doors::new(game.access));
-        let table = Table::new(Arc::clone(&doors));
-        let simulation = Simulation::new(game.referee, game.id, table, recording, received);
-        let mut finished = spawn(simulation)?;
-        let gate = Gate { events, doors, ended: CancellationToken::new() };
+        let mut opened = self.house.lobby.open_standing(game)?;
+        let closing = CancellationToken::new();
         let mut connections = JoinSet::new();
-        let mut numbers = (0..).map(ConnectionId);
         let mut shutdown = std::pin::pin!(shutdown);
         let mut is_shutting_down = false;
         let outcome = loop {
             tokio::select! {
-                outcome = &mut finished => break outcome,
+                outcome = &mut opened.finished => break outcome.unwrap_or(Err(RunError::Panicked)),
                 () = &mut shutdown, if !is_shutting_down => {
                     is_shutting_down = true;
-                    // If the simulation has ended, there is nothing left to break off.
-                    let _ = gate.events.send(Event::Shutdown);
+                    self.house.lobby.shut_down();
                 }
                 (stream, peer, slot) = self.accept() => {
-                    let Some(connection) = numbers.next() else { continue };
-                    let gate = gate.clone();
-                    connections.spawn(async move {
-                        let Some(farewell) = serve(stream, connection, peer, gate).await else { return };
-                        // On its own: who takes its time shall not hold up the next match.
-                        tokio::spawn(async move {
-                            farewell.wait().await;
-                            drop(slot);
-                        });
-                    });
+                    connections.spawn(self.house.attend(stream, peer, slot, closing.clone()));
                 }
                 Some(_) = connections.join_next() => {}
             }
         };
-        gate.ended.cancel();
+        self.house.lobby.forget(opened.id);
+        closing.cancel();
         while connections.join_next().await.is_some() {}
-        Ok(outcome.map_err(|_| RunError::Panicked)??)
+        outcome
+    }
+
+    /// Receives whoever comes, and plays the matches of the lobby. After `shutdown` no match is taken in any more, and when all have
+    /// ended, or after `hurry`, which breaks them off, it returns.
+    pub async fn serve(&self, shutdown: impl Future<Output = ()>, hurry: impl Future<Output = ()>) {
+        let closing = CancellationToken::new();
+        let (mut shutdown, mut hurry) = (std::pin::pin!(shutdown), std::pin::pin!(hurry));
+        let (mut is_draining, mut is_hurrying) = (false, false);
+        while !(is_draining && self.house.lobby.matches() == 0) {
+            tokio::select! {
+                () = &mut shutdown, if !is_draining => {
+                    is_draining = true;
+                    self.house.lobby.drain();
+                }
+                () = &mut hurry, if is_draining && !is_hurrying => {
+                    is_hurrying = true;
+                    self.house.lobby.shut_down();
+                }
+                () = self.house.lobby.wait_change(), if is_draining => {}
+                (stream, peer, slot) = self.accept() => {
+                    drop(tokio::spawn(self.house.attend(stream, peer, slot, closing.clone())));
+                }
+            }
+        }
+        closing.cancel();
+        self.wait_closed().await;
     }
 
     /// Waits until every connection of the matches so far is closed, so that each client can take its last message. To
@@ -212,15 +212,21 @@ impl Server {
     ///
     /// Nobody can make it wait for longer than [`DISCARD_TIMEOUT`](crate::DISCARD_TIMEOUT).
     pub async fn wait_closed(&self) {
-        let all = u32::try_from(CONNECTIONS_MAX).expect("the limit is below 2^32");
-        drop(self.slots.acquire_many(all).await.expect("the semaphore is never closed"));
+        let all = u32::try_from(self.house.lobby.limits().connections).unwrap_or(u32::MAX);
+        drop(self.house.slots.acquire_many(all).await.expect("the semaphore is never closed"));
     }
 
     async fn accept(&self) -> (TcpStream, SocketAddr, OwnedSemaphorePermit) {
         loop {
-            let slot = Arc::clone(&self.slots).acquire_owned().await.expect("the semaphore is never closed");
+            let slots = Arc::clone(&self.house.slots);
+            let slot = slots.acquire_owned().await.expect("the semaphore is never closed");
             match self.listener.accept().await {
-                Ok((stream, peer)) => return (stream, peer, slot),
+                Ok((stream, peer)) => {
+                    if let Err(error) = stream.set_nodelay(true) {
+                        tracing::debug!(%peer, %error, "no TCP_NODELAY");
+                    }
+                    return (stream, peer, slot);
+                }
                 Err(error) => {
                     tracing::warn!(%error, "a connection could not be accepted");
                     tokio::time::sleep(ACCEPT_PAUSE).await;
@@ -228,18 +234,4 @@ impl Server {
             }
         }
     }
-}
-
-/// Starts the simulation on a thread of its own: on those of the runtime a long cycle would hold up connections, and
-/// connections a cycle.
-fn spawn(
-    simulation: Simulation,
-) -> io::Result<oneshot::Receiver<Result<Option<MatchResult>, RecordingError>>> {
-    let (sender, finished) = oneshot::channel();
-    let run = move || {
-        // Nobody listens any more if the server itself was dropped.
-        let _ = sender.send(simulation.run());
-    };
-    thread::Builder::new().name("simulation".to_owned()).spawn(run)?;
-    Ok(finished)
 }

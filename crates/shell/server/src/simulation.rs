@@ -1,26 +1,34 @@
-//! The thread that owns the referee.
+//! One match: its referee, its connections and its clock.
 
 mod watching;
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::{Duration, Instant};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::time::Duration;
 
 use maniple_protocol::{Hello, Input, Refused, ServerMessage, Watch, Welcome};
 use maniple_referee::{Paused, QUEUED_MAX, Referee, Stand};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat, Vantage};
-use tokio::sync::OwnedSemaphorePermit;
+use tokio::sync::{OwnedSemaphorePermit, oneshot};
+use tokio::time::Instant;
 
 use crate::audience::{Audience, SPECTATORS_MAX};
 use crate::connection::{ConnectionId, IN_FLIGHT_MAX, SPECTATOR_IN_FLIGHT_MAX};
 use crate::link::Link;
+use crate::lobby::Occupancy;
+use crate::matches::{RunError, Sink};
 use crate::pace::Pace;
+use crate::pool::{Player, Turn, Waker};
 use crate::recording::{Recording, RecordingError};
-use crate::server::Sink;
 use crate::table::Table;
 
 /// Events that are taken in before a cycle that is due: all that 64 players and all spectators may have in flight. Without
 /// a limit clients could hold up the cycle by talking on.
 pub const EVENTS_BEFORE_STEP_MAX: usize = 64 * IN_FLIGHT_MAX + SPECTATORS_MAX * SPECTATOR_IN_FLIGHT_MAX;
+
+/// Time for the players of a match that goes on after the daemon was killed to come back; then it goes on without them.
+pub const RETURN_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// What happens outside of the simulation.
 #[derive(Debug)]
@@ -31,6 +39,8 @@ pub(crate) enum Event {
         connection: ConnectionId,
         /// Its hello.
         hello: Hello,
+        /// The open seat that it wants, if it wants one.
+        wanted: Option<Seat>,
         /// The way back.
         link: Link,
     },
@@ -61,6 +71,34 @@ pub(crate) enum Event {
     Shutdown,
 }
 
+/// Where events of a match go.
+#[derive(Clone, Debug)]
+pub(crate) struct Mailbox {
+    events: Sender<Event>,
+    waker: Waker,
+}
+
+impl Mailbox {
+    /// Returns the mailbox of whom `waker` wakes, and its other end.
+    pub(crate) fn new(waker: Waker) -> (Self, Receiver<Event>) {
+        let (events, received) = channel();
+        (Self { events, waker }, received)
+    }
+
+    /// Hands an event to the match.
+    ///
+    /// # Errors
+    /// The event, if the match is over.
+    pub(crate) fn send(&self, event: Event) -> Result<(), Box<Event>> {
+        self.events.send(event).map_err(|error| Box::new(error.0))?;
+        self.waker.wake();
+        Ok(())
+    }
+}
+
+/// How a match came out; `None`: it was broken off.
+pub(crate) type Outcome = Result<Option<MatchResult>, RunError>;
+
 /// A match, its connections and its clock.
 pub(crate) struct Simulation {
     referee: Referee,
@@ -74,62 +112,170 @@ pub(crate) struct Simulation {
     /// `None` in lock-step, in a pause, and before all seats have been joined.
     pace: Option<Pace>,
     is_shutting_down: bool,
+    /// Where the outcome goes; `None` once it is told.
+    finished: Option<oneshot::Sender<Outcome>>,
+    occupancy: Arc<Occupancy>,
+    /// Time for the players to come; `None`: for ever, or they have.
+    begin_within: Option<Duration>,
+    /// Time for the players of a match that was taken up to come back; `None`: they have, or need not.
+    return_within: Option<Duration>,
+}
+
+/// The match that a simulation plays, who keeps it, and the ways in and out.
+pub(crate) struct Played {
+    pub(crate) referee: Referee,
+    pub(crate) id: Digest,
+    pub(crate) table: Table,
+    pub(crate) recording: Option<Recording<Sink>>,
+    pub(crate) events: Receiver<Event>,
+    pub(crate) finished: oneshot::Sender<Outcome>,
+    pub(crate) occupancy: Arc<Occupancy>,
+    /// Time for the players to come; `None`: for ever.
+    pub(crate) begin_within: Option<Duration>,
+    /// Whether its players have been here before and have to come back.
+    pub(crate) is_resumed: bool,
+}
+
+impl Player for Simulation {
+    /// A mistake of ours that panics ends this match and no other.
+    fn turn(&mut self) -> Turn {
+        let turn = catch_unwind(AssertUnwindSafe(|| self.play()));
+        let outcome = match turn {
+            Ok(Ok(Turn::Over)) => self.finish(),
+            Ok(Ok(turn)) => return turn,
+            Ok(Err(error)) => Err(error.into()),
+            Err(_) => Err(RunError::Panicked),
+        };
+        if let Err(error) = &outcome {
+            self.break_off(error);
+        }
+        if let Some(finished) = self.finished.take() {
+            // Nobody listens any more if the server itself was dropped.
+            let _ = finished.send(outcome);
+        }
+        Turn::Over
+    }
 }
 
 impl Simulation {
     /// Returns the simulation of a match that nobody has joined.
-    pub(crate) fn new(
-        referee: Referee,
-        match_id: Digest,
-        table: Table,
-        recording: Option<Recording<Sink>>,
-        events: Receiver<Event>,
-    ) -> Self {
-        let start = Instant::now();
+    pub(crate) fn new(played: Played) -> Self {
+        let Played { referee, id, table, recording, events, finished, occupancy, begin_within, is_resumed } =
+            played;
+        let return_within = is_resumed.then_some(RETURN_TIMEOUT);
         Self {
             referee,
-            match_id,
+            match_id: id,
             table,
             audience: Audience::new(SPECTATORS_MAX),
             recording,
             events,
-            start,
+            start: Instant::now(),
             pace: None,
             is_shutting_down: false,
+            finished: Some(finished),
+            occupancy,
+            begin_within,
+            return_within,
         }
     }
 
-    /// Plays the match to its end, and closes all connections. Returns its result; `None` if it was broken off.
+    /// Takes in what has come, and plays the cycle that is due. Returns when the next is.
     ///
     /// # Errors
     /// What happened cannot be recorded: a match that nobody can verify does not go on.
-    pub(crate) fn run(mut self) -> Result<Option<MatchResult>, RecordingError> {
-        let played = self.play();
-        self.close();
-        played?;
-        if let Some(recording) = self.recording {
-            recording.finish()?;
+    fn play(&mut self) -> Result<Turn, RecordingError> {
+        let is_all = self.take_in();
+        self.tell_time();
+        self.record()?;
+        // Who has gone, resigned or been forfeited has no say any more.
+        self.tell_pause();
+        let now = self.start.elapsed();
+        self.review_begin(now);
+        self.review_return(now);
+        if let Some(limit) = self.return_within
+            && !self.is_over()
+        {
+            return Ok(if is_all { Turn::At(self.start + limit) } else { Turn::At(Instant::now()) });
+        }
+        if !self.is_over() && self.next_step(now).is_some_and(|due| due <= now) {
+            self.step(now)?;
+        }
+        if self.is_over() {
+            return Ok(Turn::Over);
+        }
+        if !is_all {
+            return Ok(Turn::At(Instant::now()));
+        }
+        let due = self.next_step(self.start.elapsed());
+        let due = due.into_iter().chain(self.begin_within).min();
+        Ok(due.map_or(Turn::Woken, |due| Turn::At(self.start + due)))
+    }
+
+    /// Tells the referee the time; none passes before the players of a match that was taken up are back.
+    fn tell_time(&mut self) {
+        if self.return_within.is_none() {
+            self.referee.handle_time(self.start.elapsed());
+        }
+    }
+
+    /// Lets a match go on that was taken up, when all who are in it are back, or it is time to.
+    fn review_return(&mut self, now: Duration) {
+        let Some(limit) = self.return_within else { return };
+        let is_back = |seat: Seat| self.referee.is_connected(seat) || self.referee.is_out(seat);
+        if now >= limit || self.table.seats().all(is_back) {
+            self.return_within = None;
+            self.tell_time();
+        }
+    }
+
+    /// Gives a match up whose players have not come in time.
+    fn review_begin(&mut self, now: Duration) {
+        let Some(limit) = self.begin_within else { return };
+        if self.referee.have_all_joined() {
+            self.begin_within = None;
+            self.occupancy.note_begin();
+        } else if now >= limit {
+            self.is_shutting_down = true;
+        }
+    }
+
+    fn is_over(&self) -> bool {
+        self.referee.result().is_some() || self.is_shutting_down
+    }
+
+    /// Tells everybody how it ended, and ends the recording.
+    fn finish(&mut self) -> Outcome {
+        let last = match self.referee.result() {
+            Some(result) => ServerMessage::Ended { result: result.clone() },
+            None => ServerMessage::Refused { reason: self.reason_to_break_off() },
+        };
+        self.close(&last);
+        if let Some(recording) = self.recording.take() {
+            recording.end(self.referee.result().is_some())?;
         }
         Ok(self.referee.result().cloned())
     }
 
-    fn play(&mut self) -> Result<(), RecordingError> {
-        while self.referee.result().is_none() && !self.is_shutting_down {
-            self.referee.handle_time(self.start.elapsed());
-            self.record()?;
-            // Who has gone, resigned or been forfeited has no say any more.
-            self.tell_pause();
-            let now = self.start.elapsed();
-            match self.next_step(now) {
-                Some(due) if due <= now => {
-                    self.take_in();
-                    self.step(now)?;
-                }
-                Some(due) => self.wait(Some(due - now)),
-                None => self.wait(None),
-            }
+    /// Tells everybody that the match cannot go on, and notes why. It may have panicked: whatever can still be done is.
+    fn break_off(&mut self, error: &RunError) {
+        tracing::error!(id = %self.match_id, %error, "ALARM: a match has failed; no other is concerned");
+        if let Some(recording) = self.recording.take() {
+            recording.give_up(&error.to_string());
         }
-        Ok(())
+        let close = AssertUnwindSafe(|| self.close(&ServerMessage::Refused { reason: Refused::Broken }));
+        if catch_unwind(close).is_err() {
+            tracing::error!(id = %self.match_id, "connections of a broken match were not told");
+        }
+    }
+
+    fn reason_to_break_off(&self) -> Refused {
+        match self.begin_within {
+            Some(limit) if self.start.elapsed() >= limit => {
+                Refused::NotBegun { seconds: u32::try_from(limit.as_secs()).unwrap_or(u32::MAX) }
+            }
+            Some(_) | None => Refused::Shutdown,
+        }
     }
 
     fn record(&mut self) -> Result<(), RecordingError> {
@@ -157,25 +303,19 @@ impl Simulation {
         }
     }
 
-    /// Waits for an event and handles it.
-    fn wait(&mut self, limit: Option<Duration>) {
-        let received = match limit {
-            Some(limit) => self.events.recv_timeout(limit),
-            None => self.events.recv().map_err(|_| RecvTimeoutError::Disconnected),
-        };
-        match received {
-            Ok(event) => self.handle_event(event),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => self.is_shutting_down = true,
-        }
-    }
-
-    /// Handles what has come in before the cycle.
-    fn take_in(&mut self) {
+    /// Handles what has come in; returns whether that is all.
+    fn take_in(&mut self) -> bool {
         for _ in 0..EVENTS_BEFORE_STEP_MAX {
-            let Ok(event) = self.events.try_recv() else { return };
-            self.handle_event(event);
+            match self.events.try_recv() {
+                Ok(event) => self.handle_event(event),
+                Err(TryRecvError::Empty) => return true,
+                Err(TryRecvError::Disconnected) => {
+                    self.is_shutting_down = true;
+                    return true;
+                }
+            }
         }
+        false
     }
 
     fn step(&mut self, now: Duration) -> Result<(), RecordingError> {
@@ -192,6 +332,9 @@ impl Simulation {
         self.record()?;
         self.referee.step();
         self.record()?;
+        if let Some(recording) = &mut self.recording {
+            recording.commit()?;
+        }
         for seat in self.table.seats() {
             self.send_delta(seat);
         }
@@ -200,9 +343,11 @@ impl Simulation {
     }
 
     fn handle_event(&mut self, event: Event) {
-        self.referee.handle_time(self.start.elapsed());
+        self.tell_time();
         match event {
-            Event::Hello { connection, hello, link } => self.handle_hello(connection, &hello, link),
+            Event::Hello { connection, hello, wanted, link } => {
+                self.handle_hello(connection, &hello, wanted, link);
+            }
             Event::Watch { connection, watch, link } => self.handle_watch(connection, &watch, link),
             Event::Input { connection, input, permit } => {
                 if let Some(seat) = self.table.seat_of(connection) {
@@ -215,7 +360,7 @@ impl Simulation {
             Event::Gone { connection } => {
                 if let Some(seat) = self.table.seat_of(connection) {
                     self.table.leave(seat);
-                    self.referee.handle_leave(seat);
+                    self.note_leave(seat);
                     tracing::info!(seat = seat.0, cycle = self.referee.cycle().0, "left");
                 } else if self.audience.leave(connection).is_some() {
                     tracing::info!(connection = connection.0, "watches no more");
@@ -225,8 +370,8 @@ impl Simulation {
         }
     }
 
-    fn handle_hello(&mut self, connection: ConnectionId, hello: &Hello, link: Link) {
-        let admitted = self.table.seat_for(&hello.token).and_then(|seat| {
+    fn handle_hello(&mut self, connection: ConnectionId, hello: &Hello, wanted: Option<Seat>, link: Link) {
+        let admitted = self.table.seat_for(&hello.token, wanted).and_then(|seat| {
             let joined = self.referee.handle_join(seat, &hello.player);
             let malformed = |problem: String| Refused::Malformed { place: "message 1".to_owned(), problem };
             joined.map(|()| seat).map_err(|error| malformed(error.to_string()))
@@ -238,6 +383,7 @@ impl Simulation {
                 return link.refuse(reason);
             }
         };
+        self.occupancy.note_seat(seat, true);
         if let Some(before) = self.table.sit(seat, connection, link) {
             before.refuse(Refused::Replaced);
             tracing::info!(seat = seat.0, "taken over");
@@ -281,7 +427,9 @@ impl Simulation {
             }
             Input::Pause { on } => self.handle_pause(seat, on),
             Input::Violation(reason) => self.remove(seat, reason),
-            Input::Hello(_) | Input::Watch(_) => self.remove(seat, Refused::Handshake),
+            Input::Hello(_) | Input::Watch(_) | Input::List | Input::Create(_) | Input::Enter { .. } => {
+                self.remove(seat, Refused::Handshake);
+            }
         }
     }
 
@@ -365,20 +513,21 @@ impl Simulation {
         if let Some(link) = self.table.leave(seat) {
             tracing::warn!(seat = seat.0, cycle = self.referee.cycle().0, %reason, "removed");
             link.refuse(reason);
-            self.referee.handle_leave(seat);
+            self.note_leave(seat);
         }
     }
 
-    /// Tells every connection that it is over, and why.
-    fn close(&mut self) {
-        let last = match self.referee.result() {
-            Some(result) => ServerMessage::Ended { result: result.clone() },
-            None => ServerMessage::Refused { reason: Refused::Shutdown },
-        };
+    fn note_leave(&mut self, seat: Seat) {
+        self.referee.handle_leave(seat);
+        self.occupancy.note_seat(seat, false);
+    }
+
+    /// Closes every connection behind a last message.
+    fn close(&mut self, last: &ServerMessage) {
         for seat in self.table.seats() {
-            self.table.close(seat, &last, || self.referee.keyframe(seat));
+            self.table.close(seat, last, || self.referee.keyframe(seat));
         }
-        self.audience.close(&last, &|vantage| self.referee.stand(vantage).ok()?.keyframe());
+        self.audience.close(last, &|vantage| self.referee.stand(vantage).ok()?.keyframe());
         while let Ok(event) = self.events.try_recv() {
             if let Event::Hello { link, .. } | Event::Watch { link, .. } = event {
                 link.refuse(Refused::Shutdown);

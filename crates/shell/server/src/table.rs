@@ -57,16 +57,23 @@ impl Table {
         self.occupants[seat.index()].take().map(|occupant| occupant.link)
     }
 
-    /// Returns the seat that a hello with this token gets: that of the token, or without one the first open seat
-    /// where nobody sits.
+    /// Returns the seat that a hello with this token gets: that of the token, or without one the open seat that it wants, or the
+    /// first, where nobody sits.
     ///
     /// # Errors
     /// The reason that the client is told.
-    pub(crate) fn seat_for(&self, token: &str) -> Result<Seat, Refused> {
+    pub(crate) fn seat_for(&self, token: &str, wanted: Option<Seat>) -> Result<Seat, Refused> {
         if !token.is_empty() {
             return self.doors.seat_of_token(token);
         }
-        let is_free = |seat: &Seat| self.occupants[seat.index()].is_none();
+        if let Some(wanted) = wanted
+            && wanted.index() >= self.occupants.len()
+        {
+            let seats = u16::try_from(self.occupants.len()).expect("seats are counted in 16 bits");
+            return Err(Refused::NoSuchSeat { seats });
+        }
+        let is_wanted = |seat: Seat| wanted.is_none_or(|wanted| wanted == seat);
+        let is_free = |seat: &Seat| is_wanted(*seat) && self.occupants[seat.index()].is_none();
         let refusal =
             || if self.doors.open_seats().next().is_some() { Refused::Full } else { Refused::Token };
         self.doors.open_seats().find(is_free).ok_or_else(refusal)
@@ -239,7 +246,7 @@ mod tests {
         let token = Token::random().unwrap();
         let mut table = table(vec![Access::Open, Access::Token(token)]);
         for (connection, is_taken_over) in [(ConnectionId(7), false), (ConnectionId(8), true)] {
-            assert_eq!(table.seat_for(&token.to_string()), Ok(Seat(1)));
+            assert_eq!(table.seat_for(&token.to_string(), None), Ok(Seat(1)));
             assert_eq!(table.sit(Seat(1), connection, link()).is_some(), is_taken_over);
         }
         assert_eq!((table.seat_of(ConnectionId(7)), table.seat_of(ConnectionId(8))), (None, Some(Seat(1))));
@@ -250,13 +257,17 @@ mod tests {
         let token = Access::Token(Token::random().unwrap());
         let mut open = table(vec![Access::Open, token, Access::Open]);
         for (connection, seat) in [(ConnectionId(1), Seat(0)), (ConnectionId(2), Seat(2))] {
-            assert_eq!(open.seat_for(""), Ok(seat));
+            assert_eq!(open.seat_for("", None), Ok(seat));
             open.sit(seat, connection, link());
         }
-        assert_eq!(open.seat_for(""), Err(Refused::Full));
+        assert_eq!(open.seat_for("", None), Err(Refused::Full));
+        assert_eq!(open.seat_for("", Some(Seat(2))), Err(Refused::Full));
         assert!(open.leave(Seat(0)).is_some());
-        assert_eq!(open.seat_for(""), Ok(Seat(0)));
-        assert_eq!(table(vec![token]).seat_for(""), Err(Refused::Token));
+        assert_eq!(open.seat_for("", None), Ok(Seat(0)));
+        assert_eq!(open.seat_for("", Some(Seat(0))), Ok(Seat(0)));
+        assert_eq!(open.seat_for("", Some(Seat(3))), Err(Refused::NoSuchSeat { seats: 3 }));
+        assert_eq!(open.seat_for("", Some(Seat(1))), Err(Refused::Full), "that one needs its token");
+        assert_eq!(table(vec![token]).seat_for("", None), Err(Refused::Token));
     }
 
     fn table(access: Vec<Access>) -> Table {

@@ -119,6 +119,9 @@ impl Test {
             Input::Hello(hello) => hello,
             Input::Violation(reason) => return Err(self.refuse(line, reason)),
             Input::Watch(_) => return Err(self.refuse(line, Refused::NoSpectators)),
+            Input::List | Input::Create(_) | Input::Enter { .. } => {
+                return Err(self.refuse(line, Refused::NoMatch));
+            }
             Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. } | Input::Pause { .. } => {
                 return Err(self.refuse(line, Refused::Handshake));
             }
@@ -145,7 +148,9 @@ impl Test {
         while !judge.is_answered() {
             match self.hear(line, deadline)? {
                 Input::Violation(reason) => return Err(self.refuse(line, reason)),
-                Input::Hello(_) | Input::Watch(_) => return Err(self.refuse(line, Refused::Handshake)),
+                Input::Hello(_) | Input::Watch(_) | Input::List | Input::Create(_) | Input::Enter { .. } => {
+                    return Err(self.refuse(line, Refused::Handshake));
+                }
                 Input::Commands { seen_cycle, list } => judge.handle_commands(seen_cycle, list),
                 Input::Done { cycle } => judge.handle_done(cycle),
                 Input::Ping { id } => line.say(&[judge.handle_ping(id)]),

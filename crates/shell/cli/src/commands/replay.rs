@@ -6,7 +6,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use anyhow::Context;
-use maniple_game::{Loaded, load};
 use maniple_geometry::Cycle;
 use maniple_protocol::{Record, Replay, read_replay};
 use maniple_referee::{RecordedEvent, Referee, ReplayError};
@@ -228,26 +227,8 @@ fn read(path: &Path) -> Result<(Replay, usize), Failure> {
 
 /// Returns the referee at the start of the recorded match.
 fn beginning(replay: &Replay, path: &Path) -> Result<Referee, Failure> {
-    let header = &replay.header;
-    let loaded = || -> anyhow::Result<Loaded> {
-        let files = maniple_server::files(header);
-        let mut loaded = load(&files, &header.scenario, &maniple_server::overrides(header))?;
-        loaded.limit_cycles(Cycle(header.cycles_max));
-        let seats = loaded.scenario.seats.len();
-        anyhow::ensure!(
-            usize::from(header.seats) == seats,
-            "the header says {} seats, the scenario in it has {seats}; record the match again",
-            header.seats
-        );
-        let hash = Digest(loaded.map.hash());
-        anyhow::ensure!(
-            hash == header.map_hash,
-            "the map hashes to {hash}, the replay says {}; this build reads maps differently from {}",
-            header.map_hash,
-            header.build
-        );
-        Ok(loaded)
-    };
-    let loaded = loaded().with_context(|| path.display().to_string()).map_err(Failure::BadInput)?;
+    let loaded = maniple_server::loaded(&replay.header)
+        .with_context(|| path.display().to_string())
+        .map_err(Failure::BadInput)?;
     start::referee(loaded, ClockMode::Lockstep).map_err(|failure| failure.within(path))
 }

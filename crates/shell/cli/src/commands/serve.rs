@@ -1,11 +1,13 @@
 //! `maniple serve`: matches that clients join over TCP.
 
 use std::fmt::Write as _;
+use std::path::Path;
+use std::thread::available_parallelism;
 
 use anyhow::Context;
-use maniple_game::Overrides;
 use maniple_game::scenario::{Spectators, Views};
-use maniple_server::{Access, Match, Server};
+use maniple_game::{Loaded, Overrides};
+use maniple_server::{Access, House, Journals, Limits, Match, Offer, SYNC_INTERVAL, Server};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat};
 use serde::Serialize;
 
@@ -96,25 +98,82 @@ pub(crate) fn run(arguments: &Serve) -> Result<(), Failure> {
 
 async fn serve(arguments: &Serve) -> Result<(), Failure> {
     let interrupt = Interrupt::listen().await;
-    let server = Server::bind(arguments.listen)
+    let server = open(arguments)?;
+    let resumed = server.house().lobby().resume().map_err(Failure::failed)?;
+    for error in &resumed.errors {
+        note(&format!("a match is not taken up: {error}"));
+    }
+    if arguments.lobby.is_empty() {
+        let outcome = play(arguments, &server, resumed.matches, interrupt).await;
+        // Whatever the outcome, the clients have been told something.
+        server.wait_closed().await;
+        return outcome;
+    }
+    for game in resumed.matches {
+        note(&format!("match {} goes on at cycle {}", game.id(), game.cycle()));
+        server.house().lobby().go_on(game).map_err(Failure::failed)?;
+    }
+    let address = server.local_addr().map_err(Failure::failed)?.to_string();
+    print(Format::of(&arguments.json), &Listening { address }, |it| format!("listening {}\n", it.address))?;
+    let (mut first, mut second) = (interrupt.clone(), interrupt);
+    server.serve(first.wait(), second.wait_again(arguments.journal.is_some())).await;
+    Ok(())
+}
+
+/// Where a server with a lobby listens.
+#[derive(Debug, Serialize)]
+struct Listening {
+    address: String,
+}
+
+fn open(arguments: &Serve) -> Result<Server, Failure> {
+    let journals = arguments.journal.as_deref().map(|folder| Journals::open(folder, SYNC_INTERVAL));
+    let journals = journals.transpose().map_err(Failure::failed)?;
+    let offers = arguments.lobby.iter().map(|path| offer(path)).collect::<Result<_, _>>()?;
+    let threads = available_parallelism().map_or(1, usize::from);
+    let house = House::new(Limits::default(), offers, journals, threads).map_err(Failure::failed)?;
+    Server::open(arguments.listen, house)
         .with_context(|| format!("cannot listen on {}", arguments.listen))
-        .map_err(Failure::Failed)?;
-    let outcome = play(arguments, &server, interrupt).await;
-    // Whatever the outcome, the clients have been told something.
-    server.wait_closed().await;
-    outcome
+        .map_err(Failure::Failed)
+}
+
+/// Returns the name and the files of a scenario of which clients may create matches.
+fn offer(path: &Path) -> Result<(String, Offer), Failure> {
+    let Loaded { scenario, files, .. } = start::loaded(Some(path), &Overrides::default())?;
+    Ok((scenario.name.clone(), Offer { files, scenario: path.to_string_lossy().into_owned() }))
 }
 
 /// Plays one match after the other.
-async fn play(arguments: &Serve, server: &Server, mut interrupt: Interrupt) -> Result<(), Failure> {
+async fn play(
+    arguments: &Serve,
+    server: &Server,
+    resumed: Vec<Match>,
+    mut interrupt: Interrupt,
+) -> Result<(), Failure> {
     let mut seed = arguments.seed;
     let mut access = None;
+    let mut resumed = resumed.into_iter();
     loop {
-        let (game, next_seed) = prepare(arguments, seed, access.take(), server)?;
+        let game = match resumed.next() {
+            Some(game) => {
+                seed = Some(game.seed().wrapping_add(1));
+                note(&format!("match {} goes on at cycle {}", game.id(), game.cycle()));
+                tell(arguments, &game, server)?;
+                game
+            }
+            None => {
+                let game = prepare(arguments, seed, access.take())?;
+                seed = Some(game.seed().wrapping_add(1));
+                tell(arguments, &game, server)?;
+                game
+            }
+        };
         let id = game.id();
         access = Some(game.access().to_vec());
         let result = server.run(game, interrupt.wait()).await.map_err(Failure::failed)?;
-        let result = result.ok_or(Failure::Interrupted)?;
+        let Some(result) = result else {
+            return if arguments.journal.is_some() { Ok(()) } else { Err(Failure::Interrupted) };
+        };
         print(Format::of(&arguments.json), &Ended { id, result }, Ended::text)?;
         if arguments.once {
             return Ok(());
@@ -122,18 +181,11 @@ async fn play(arguments: &Serve, server: &Server, mut interrupt: Interrupt) -> R
         if interrupt.has_come() {
             return Err(Failure::Interrupted);
         }
-        seed = Some(next_seed);
     }
 }
 
-/// Loads the next match and tells who may join it, with the tokens of the match before if there was one. Also returns
-/// the seed of the match after it.
-fn prepare(
-    arguments: &Serve,
-    seed: Option<u64>,
-    access: Option<Vec<Access>>,
-    server: &Server,
-) -> Result<(Match, u64), Failure> {
+/// Loads the next match, with the tokens of the match before if there was one.
+fn prepare(arguments: &Serve, seed: Option<u64>, access: Option<Vec<Access>>) -> Result<Match, Failure> {
     let clock = match arguments.clock {
         Clock::Realtime => ClockMode::Realtime,
         Clock::Lockstep => ClockMode::Lockstep,
@@ -142,17 +194,20 @@ fn prepare(
         Overrides { map: start::map_path(arguments.map.as_deref()), seed, ..arguments.profile.overrides()? };
     let loaded = start::loaded(arguments.scenario.as_deref(), &asked)?;
     note(&models::line(&loaded));
-    let (scenario, seed) = (loaded.scenario.name.clone(), loaded.scenario.seed);
-    let spectators = loaded.scenario.spectators.map(Watchable::of);
     let referee = start::referee(loaded, clock)?;
     let game = match access {
         Some(access) => Match::new(referee, access),
         None => Match::with_random_tokens(referee),
     };
-    let mut game = game.map_err(Failure::failed)?;
-    if let Some(path) = &arguments.replay {
-        game = game.recorded_to(files::create(path)?);
+    let game = game.map_err(Failure::failed)?;
+    match &arguments.replay {
+        Some(path) => Ok(game.recorded_to(files::create(path)?)),
+        None => Ok(game),
     }
+}
+
+/// Tells who may join a match.
+fn tell(arguments: &Serve, game: &Match, server: &Server) -> Result<(), Failure> {
     let open_seat = |(seat, access): (u16, &Access)| OpenSeat {
         seat: Seat(seat),
         token: match access {
@@ -160,17 +215,17 @@ fn prepare(
             Access::Token(token) => Some(token.to_string()),
         },
     };
+    let scenario = &game.loaded().scenario;
     let opened = Opened {
         address: server.local_addr().map_err(Failure::failed)?.to_string(),
         id: game.id(),
-        scenario,
-        seed,
-        clock,
+        scenario: scenario.name.clone(),
+        seed: scenario.seed,
+        clock: game.clock(),
         seats: (0..).zip(game.access()).map(open_seat).collect(),
-        spectators,
+        spectators: scenario.spectators.map(Watchable::of),
     };
-    print(Format::of(&arguments.json), &opened, Opened::text)?;
-    Ok((game, seed.wrapping_add(1)))
+    print(Format::of(&arguments.json), &opened, Opened::text)
 }
 
 /// Returns how a match ended, in a line.

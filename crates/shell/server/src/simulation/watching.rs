@@ -46,7 +46,9 @@ impl Simulation {
                 self.check_sent_to_spectator(connection, warned);
             }
             Input::Violation(reason) => self.remove_spectator(connection, reason),
-            Input::Hello(_) | Input::Watch(_) => self.remove_spectator(connection, Refused::Handshake),
+            Input::Hello(_) | Input::Watch(_) | Input::List | Input::Create(_) | Input::Enter { .. } => {
+                self.remove_spectator(connection, Refused::Handshake);
+            }
             Input::Commands { .. } | Input::Done { .. } | Input::Pause { .. } => {
                 self.remove_spectator(connection, Refused::Spectator);
             }

@@ -190,7 +190,17 @@ fn expected_instead(reason: &Refused) -> String {
         Refused::TooLarge { limit } => format!("messages of at most {limit} bytes"),
         Refused::Timeout { seconds } => format!("a hello within {seconds} s"),
         Refused::Spectator => "a hello, because this is for players".to_owned(),
+        Refused::NoMatch => {
+            "a hello without `list`, `create` or `enter` before: there is one match".to_owned()
+        }
         Refused::Full
+        | Refused::Broken
+        | Refused::NoScenario
+        | Refused::MatchesFull { .. }
+        | Refused::AddressFull { .. }
+        | Refused::Draining
+        | Refused::NotBegun { .. }
+        | Refused::AsksTooMuch { .. }
         | Refused::Replaced
         | Refused::TooSlow
         | Refused::Shutdown

@@ -1,0 +1,258 @@
+//! Journals: what is kept of a match while it is played, so that it can go on after the daemon was killed.
+//!
+//! A journal is a replay that goes on, in a folder of its own beside what a replay must not hold, the tokens of the seats:
+//!
+//! ```text
+//! FOLDER/lock                          held while a daemon uses the folder
+//! FOLDER/3f0a5c2e91d07b64/match.json   clock and tokens
+//! FOLDER/3f0a5c2e91d07b64/journal      header, commands and hashes; see docs/PROTOCOL.md
+//! FOLDER/3f0a5c2e91d07b64/fault.txt    why it was given up; it is not taken up again
+//! FOLDER/finished/3f0a5c2e91d07b64.replay
+//! ```
+//!
+//! The records of a cycle are handed to the system before a delta of it leaves, so a daemon that is killed loses nothing.
+//! The disk has them when they were synced, which is for all matches together every [`SYNC_INTERVAL`].
+
+mod resume;
+mod sync;
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use maniple_view::{ClockMode, Digest};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::doors::Access;
+use crate::token::Token;
+
+pub use resume::Resumed;
+use sync::{Health, Syncer};
+
+/// Time after which what was written is on the disk, at the latest, where the disk is that fast.
+pub const SYNC_INTERVAL: Duration = Duration::from_millis(100);
+
+/// The folder of those that have ended.
+const FINISHED: &str = "finished";
+
+/// The file in a match's folder that grows.
+const JOURNAL: &str = "journal";
+
+/// What has to be known of a match beside its journal.
+const MATCH: &str = "match.json";
+
+/// Why a match was given up.
+const FAULT: &str = "fault.txt";
+
+/// A folder of journals.
+#[derive(Debug)]
+pub struct Journals {
+    folder: PathBuf,
+    syncer: Syncer,
+    /// Locked while this is there.
+    _lock: File,
+}
+
+/// A journal that cannot be kept or taken up.
+#[derive(Debug, Error)]
+pub enum JournalError {
+    /// The file system does not do what is needed.
+    #[error("{path}: {problem}; make room, or see to the rights of the folder")]
+    File {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        problem: io::Error,
+    },
+    /// Another daemon uses the folder.
+    #[error("{folder}: another daemon keeps its matches here; stop it, or name another folder")]
+    Locked {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// What is kept was altered.
+    #[error("{path}: {problem}; put back a copy, or move the match's folder away to give it up")]
+    Altered {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and where.
+        problem: String,
+    },
+}
+
+/// What a match's folder holds beside its journal.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Kept {
+    #[serde(rename = "match")]
+    id: Digest,
+    clock: ClockMode,
+    /// By seat; null: open.
+    tokens: Vec<Option<String>>,
+}
+
+impl Kept {
+    fn new(id: Digest, clock: ClockMode, access: &[Access]) -> Self {
+        let token = |access: &Access| match access {
+            Access::Open => None,
+            Access::Token(token) => Some(token.to_string()),
+        };
+        Self { id, clock, tokens: access.iter().map(token).collect() }
+    }
+
+    /// Returns who may take which seat.
+    ///
+    /// # Errors
+    /// A token that is none.
+    fn access(&self) -> Result<Vec<Access>, String> {
+        let access = |token: &Option<String>| match token {
+            None => Ok(Access::Open),
+            Some(token) => token.parse::<Token>().map(Access::Token).map_err(|error| error.to_string()),
+        };
+        self.tokens.iter().map(access).collect()
+    }
+}
+
+impl Journals {
+    /// Returns the journals in a folder, which is made where there is none. What is written is synced every `interval`.
+    ///
+    /// # Errors
+    /// A folder that cannot be had, or that another daemon uses.
+    pub fn open(folder: &Path, interval: Duration) -> Result<Self, JournalError> {
+        let finished = folder.join(FINISHED);
+        fs::create_dir_all(&finished).map_err(|problem| file_error(&finished, problem))?;
+        let path = folder.join("lock");
+        let lock = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
+        let lock = lock.map_err(|problem| file_error(&path, problem))?;
+        lock.try_lock().map_err(|_| JournalError::Locked { folder: folder.to_owned() })?;
+        Ok(Self { folder: folder.to_owned(), syncer: Syncer::start(interval), _lock: lock })
+    }
+
+    /// Begins the journal of a match.
+    ///
+    /// # Errors
+    /// A file system that does not take it.
+    pub(crate) fn create(
+        &self,
+        id: Digest,
+        clock: ClockMode,
+        access: &[Access],
+    ) -> Result<Journal, JournalError> {
+        let folder = self.folder.join(id.to_string());
+        fs::create_dir(&folder).map_err(|problem| file_error(&folder, problem))?;
+        let path = folder.join(MATCH);
+        let kept = serde_json::to_vec(&Kept::new(id, clock, access)).expect("plain data");
+        let mut file = private(&path).map_err(|problem| file_error(&path, problem))?;
+        let written = file.write_all(&kept).and_then(|()| file.sync_all());
+        written.map_err(|problem| file_error(&path, problem))?;
+        let path = folder.join(JOURNAL);
+        let file = File::create_new(&path).map_err(|problem| file_error(&path, problem))?;
+        sync_folder(&folder)?;
+        sync_folder(&self.folder)?;
+        Ok(self.journal(id, Arc::new(file)))
+    }
+
+    fn journal(&self, id: Digest, file: Arc<dyn Storage>) -> Journal {
+        let health = self.syncer.add(Arc::clone(&file));
+        Journal {
+            folder: self.folder.join(id.to_string()),
+            finished: self.folder.join(FINISHED).join(format!("{id}.replay")),
+            file,
+            waiting: Vec::new(),
+            health,
+        }
+    }
+}
+
+/// What a journal is written to: a file, or, in tests, one that fails.
+pub(crate) trait Storage: Send + Sync + std::fmt::Debug {
+    /// Puts bytes behind the others; when it returns the system has them.
+    fn append(&self, bytes: &[u8]) -> io::Result<()>;
+
+    /// Waits until the disk has all.
+    fn sync(&self) -> io::Result<()>;
+}
+
+impl Storage for File {
+    fn append(&self, bytes: &[u8]) -> io::Result<()> {
+        let mut file = self;
+        file.write_all(bytes)
+    }
+
+    fn sync(&self) -> io::Result<()> {
+        self.sync_data()
+    }
+}
+
+/// The journal of a match that is played.
+#[derive(Debug)]
+pub(crate) struct Journal {
+    folder: PathBuf,
+    finished: PathBuf,
+    file: Arc<dyn Storage>,
+    /// Since the last commit.
+    waiting: Vec<u8>,
+    health: Arc<Health>,
+}
+
+impl Journal {
+    /// Takes bytes that go out with the next commit.
+    pub(crate) fn write(&mut self, bytes: &[u8]) {
+        self.waiting.extend_from_slice(bytes);
+    }
+
+    /// Hands all that was written to the system.
+    ///
+    /// # Errors
+    /// A system that does not take it, or a sync that has failed: what the disk has is not known then, and never will be.
+    pub(crate) fn commit(&mut self) -> io::Result<()> {
+        self.health.check()?;
+        if self.waiting.is_empty() {
+            return Ok(());
+        }
+        self.file.append(&self.waiting)?;
+        self.waiting.clear();
+        self.health.note_write();
+        Ok(())
+    }
+
+    /// Ends the journal of a match that has ended, which from now on is a replay.
+    ///
+    /// # Errors
+    /// A file system that does not do it.
+    pub(crate) fn archive(mut self) -> io::Result<()> {
+        self.commit()?;
+        self.file.sync()?;
+        fs::rename(self.folder.join(JOURNAL), &self.finished)?;
+        fs::remove_dir_all(&self.folder)
+    }
+
+    /// Notes why a match is given up, so that it is not taken up again to fail again.
+    pub(crate) fn give_up(self, fault: &str) {
+        let path = self.folder.join(FAULT);
+        if let Err(error) = fs::write(&path, fault) {
+            tracing::error!(path = %path.display(), %error, fault, "a fault cannot be noted");
+        }
+    }
+}
+
+fn private(path: &Path) -> io::Result<File> {
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+    options.open(path)
+}
+
+/// Sees to it that the names in a folder are on the disk.
+fn sync_folder(folder: &Path) -> Result<(), JournalError> {
+    let synced = File::open(folder).and_then(|folder| folder.sync_all());
+    synced.map_err(|problem| file_error(folder, problem))
+}
+
+fn file_error(path: &Path, problem: io::Error) -> JournalError {
+    JournalError::File { path: path.to_owned(), problem }
+}

@@ -1,0 +1,401 @@
+//! The matches of a server: which there are, who may create one, and the way into each.
+
+use std::collections::BTreeMap;
+use std::net::IpAddr;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use maniple_game::scenario::Views;
+use maniple_game::{Files, Loaded, Overrides, load};
+use maniple_protocol::{Create, Listed, ListedSeat, ListedSpectators, Refused, ServerMessage};
+use maniple_referee::Referee;
+use maniple_view::{Digest, Seat};
+use tokio::sync::{Notify, oneshot};
+use tokio::task::spawn_blocking;
+use tokio_util::sync::CancellationToken;
+
+use crate::connection::Gate;
+use crate::doors::{Access, Doors};
+use crate::journal::{JournalError, Journals, Resumed};
+use crate::limits::{Addresses, Limits, Place};
+use crate::matches::{Beginning, Match, MatchError, RunError, Sink};
+use crate::pool::Pool;
+use crate::recording::Recording;
+use crate::simulation::{Event, Mailbox, Outcome, Played, Simulation};
+use crate::table::Table;
+
+/// How often a connection may ask the lobby before it says which match it is for.
+pub const ASKS_MAX: u32 = 16;
+
+/// A scenario of which clients may create matches: its files, the scenario first.
+#[derive(Clone, Debug)]
+pub struct Offer {
+    /// The files.
+    pub files: Files,
+    /// The path of the scenario among them.
+    pub scenario: String,
+}
+
+/// The matches of a server.
+#[derive(Debug)]
+pub struct Lobby {
+    pool: Pool,
+    limits: Limits,
+    offers: BTreeMap<String, Offer>,
+    creators: Addresses,
+    /// `None` where nothing is kept of a match that is broken off.
+    journals: Option<Journals>,
+    board: Mutex<Board>,
+    /// A match is gone.
+    changed: Notify,
+}
+
+#[derive(Debug, Default)]
+struct Board {
+    /// By number.
+    open: BTreeMap<u64, Open>,
+    /// The match that a hello without a match is for.
+    standing: Option<u64>,
+    /// Whether no match is taken in any more.
+    is_draining: bool,
+}
+
+/// A match that is played or waits for its players.
+#[derive(Debug)]
+struct Open {
+    gate: Gate,
+    loaded: Notice,
+    occupancy: Arc<Occupancy>,
+    /// `None` where whoever runs the server opened it.
+    _creator: Option<Place>,
+}
+
+/// What everybody may know of a match that does not change.
+#[derive(Clone, Debug)]
+struct Notice {
+    scenario: String,
+    clock: maniple_view::ClockMode,
+    rate: f64,
+    is_open: Vec<bool>,
+    spectators: Option<ListedSpectators>,
+}
+
+/// Who is there, as the simulation tells it.
+#[derive(Debug, Default)]
+pub(crate) struct Occupancy {
+    /// A bit a seat.
+    taken: AtomicU64,
+    has_begun: AtomicBool,
+}
+
+impl Occupancy {
+    /// Notes whether somebody sits at a seat.
+    pub(crate) fn note_seat(&self, seat: Seat, is_taken: bool) {
+        let bit = 1u64 << (seat.index() % 64);
+        if is_taken {
+            self.taken.fetch_or(bit, Ordering::Relaxed);
+        } else {
+            self.taken.fetch_and(!bit, Ordering::Relaxed);
+        }
+    }
+
+    /// Notes that all seats have been joined.
+    pub(crate) fn note_begin(&self) {
+        self.has_begun.store(true, Ordering::Relaxed);
+    }
+
+    fn is_taken(&self, seat: usize) -> bool {
+        self.taken.load(Ordering::Relaxed) & (1 << (seat % 64)) != 0
+    }
+}
+
+/// A match that has been taken in.
+#[derive(Debug)]
+pub(crate) struct Opened {
+    pub(crate) id: Digest,
+    pub(crate) finished: oneshot::Receiver<Outcome>,
+}
+
+impl Lobby {
+    /// Returns a lobby without a match.
+    pub(crate) fn new(
+        pool: Pool,
+        limits: Limits,
+        offers: BTreeMap<String, Offer>,
+        journals: Option<Journals>,
+    ) -> Self {
+        let (creators, board) = (Addresses::default(), Mutex::default());
+        Self { pool, limits, offers, creators, journals, board, changed: Notify::new() }
+    }
+
+    /// Returns the matches that a daemon has left in the folder of journals, and why others are not taken up.
+    ///
+    /// # Errors
+    /// A folder that cannot be read.
+    pub fn resume(&self) -> Result<Resumed, JournalError> {
+        self.journals.as_ref().map_or_else(|| Ok(Resumed::default()), Journals::resume)
+    }
+
+    /// Takes in a match that goes on, beside the others.
+    ///
+    /// # Errors
+    /// What cannot be recorded.
+    pub fn go_on(self: &Arc<Self>, game: Match) -> Result<(), RunError> {
+        let opened = self.open(game, None, None)?;
+        self.let_go_on(opened);
+        Ok(())
+    }
+
+    fn let_go_on(self: &Arc<Self>, opened: Opened) {
+        let lobby = Arc::clone(self);
+        tokio::spawn(async move { lobby.see_to_the_end(opened).await });
+    }
+
+    /// Returns what is allowed.
+    #[must_use]
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    fn board(&self) -> MutexGuard<'_, Board> {
+        // What it guards is changed in single steps, so it is whole even then.
+        self.board.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes a match in, to which a connection comes that names none.
+    ///
+    /// # Errors
+    /// What cannot be recorded.
+    pub(crate) fn open_standing(&self, game: Match) -> Result<Opened, RunError> {
+        let opened = self.open(game, None, None)?;
+        self.board().standing = Some(opened.id.0);
+        Ok(opened)
+    }
+
+    fn open(
+        &self,
+        game: Match,
+        creator: Option<Place>,
+        begin_within: Option<Duration>,
+    ) -> Result<Opened, RunError> {
+        let Match { referee, id, access, beginning } = game;
+        let loaded = Notice::new(&referee, &access);
+        let is_resumed = matches!(beginning, Beginning::Resumed(_));
+        let recording = match (beginning, &self.journals) {
+            (Beginning::Resumed(recording), _) => Some(recording),
+            (Beginning::Fresh(_), Some(journals)) => {
+                let journal = journals.create(id, referee.mode(), &access)?;
+                Some(Recording::begin(referee.loaded(), Sink::Journal(journal))?)
+            }
+            (Beginning::Fresh(sink), None) => {
+                let begin = |sink| Recording::begin(referee.loaded(), Sink::Replay(sink));
+                sink.map(begin).transpose()?
+            }
+        };
+        let doors = Arc::new(Doors::new(access));
+        let table = Table::new(Arc::clone(&doors));
+        let (finished, outcome) = oneshot::channel();
+        let occupancy = Arc::new(Occupancy::default());
+        self.pool.enter(|waker| {
+            let (mailbox, events) = Mailbox::new(waker);
+            let gate = Gate { mailbox, doors, ended: CancellationToken::new() };
+            let open = Open { gate, loaded, occupancy: Arc::clone(&occupancy), _creator: creator };
+            self.board().open.insert(id.0, open);
+            let played = Played {
+                referee,
+                id,
+                table,
+                recording,
+                events,
+                finished,
+                occupancy,
+                begin_within,
+                is_resumed,
+            };
+            Simulation::new(played)
+        });
+        Ok(Opened { id, finished: outcome })
+    }
+
+    /// Takes a match off the board, so that nobody comes to it any more, and sends away who waits at its doors.
+    pub(crate) fn forget(&self, id: Digest) {
+        let mut board = self.board();
+        if board.standing == Some(id.0) {
+            board.standing = None;
+        }
+        if let Some(open) = board.open.remove(&id.0) {
+            open.gate.ended.cancel();
+        }
+        drop(board);
+        self.changed.notify_one();
+    }
+
+    /// Waits until a match is gone, or one has gone since the last time.
+    pub(crate) async fn wait_change(&self) {
+        self.changed.notified().await;
+    }
+
+    /// Breaks all matches off; they are told.
+    pub(crate) fn shut_down(&self) {
+        let mut board = self.board();
+        board.is_draining = true;
+        for open in board.open.values() {
+            // One that has ended by itself has nothing left to break off.
+            let _ = open.gate.mailbox.send(Event::Shutdown);
+        }
+    }
+
+    /// Takes no further match in.
+    pub fn drain(&self) {
+        self.board().is_draining = true;
+    }
+
+    /// Returns how many matches there are.
+    #[must_use]
+    pub fn matches(&self) -> usize {
+        self.board().open.len()
+    }
+
+    /// Returns the way into a match, or into the one that is for whoever names none.
+    ///
+    /// # Errors
+    /// The reason that the client is told.
+    pub(crate) fn gate(&self, chosen: Option<Digest>) -> Result<Gate, Refused> {
+        let board = self.board();
+        let id = chosen.map(|id| id.0).or(board.standing);
+        id.and_then(|id| board.open.get(&id)).map(|open| open.gate.clone()).ok_or(Refused::NoMatch)
+    }
+
+    /// Returns the answer to `list`.
+    pub(crate) fn list(&self) -> ServerMessage {
+        let listed = |(&id, open): (&u64, &Open)| open.listed(Digest(id));
+        let list = self.board().open.iter().map(listed).collect();
+        ServerMessage::Matches { scenarios: self.offers.keys().cloned().collect(), list }
+    }
+
+    /// Creates a match for a client, and returns the answer to `create`.
+    ///
+    /// # Errors
+    /// The reason that the client is told.
+    pub(crate) async fn create(
+        self: &Arc<Self>,
+        wanted: Create,
+        address: IpAddr,
+    ) -> Result<ServerMessage, Refused> {
+        let offer = self.offers.get(&wanted.scenario).cloned().ok_or(Refused::NoScenario)?;
+        self.check_room()?;
+        let limit = self.limits.matches_per_address;
+        let full = || Refused::AddressFull { limit: u32::try_from(limit).unwrap_or(u32::MAX) };
+        let place = self.creators.take(address, limit).ok_or_else(full)?;
+        // Walls and visibility of a large map take a while, in which others want to be served.
+        let lobby = Arc::clone(self);
+        let made = spawn_blocking(move || {
+            let game = make(&offer, &wanted)?;
+            lobby.check_room()?;
+            let access = game.access().to_vec();
+            let opened = lobby
+                .open(game, Some(place), Some(lobby.limits.begin_within))
+                .map_err(|error| unmade(&wanted.scenario, &error))?;
+            Ok((opened, access))
+        });
+        let (opened, access) = made.await.map_err(|_| Refused::Broken)??;
+        tracing::info!(id = %opened.id, %address, "a match is created");
+        let token = |access: &Access| match access {
+            Access::Open => None,
+            Access::Token(token) => Some(token.to_string()),
+        };
+        let created =
+            ServerMessage::Created { match_id: opened.id, tokens: access.iter().filter_map(token).collect() };
+        self.let_go_on(opened);
+        Ok(created)
+    }
+
+    /// Waits for the end of a match that nobody else waits for.
+    pub(crate) async fn see_to_the_end(&self, opened: Opened) {
+        let outcome = opened.finished.await.unwrap_or(Err(RunError::Panicked));
+        self.forget(opened.id);
+        match outcome {
+            Ok(Some(result)) => {
+                tracing::info!(id = %opened.id, winners = ?result.winners, cycles = result.cycles.0, "a match has ended");
+            }
+            Ok(None) => tracing::info!(id = %opened.id, "a match was broken off"),
+            Err(error) => tracing::error!(id = %opened.id, %error, "a match has failed"),
+        }
+    }
+
+    fn check_room(&self) -> Result<(), Refused> {
+        let board = self.board();
+        if board.is_draining {
+            return Err(Refused::Draining);
+        }
+        let limit = self.limits.matches;
+        if board.open.len() < limit {
+            return Ok(());
+        }
+        Err(Refused::MatchesFull { limit: u32::try_from(limit).unwrap_or(u32::MAX) })
+    }
+}
+
+impl Drop for Lobby {
+    fn drop(&mut self) {
+        self.pool.close();
+    }
+}
+
+/// Returns a match of a scenario, with a seed that nobody knows.
+fn make(offer: &Offer, wanted: &Create) -> Result<Match, Refused> {
+    let mut seed = [0; 8];
+    getrandom::fill(&mut seed).map_err(|error| unmade(&wanted.scenario, &error))?;
+    let overrides = Overrides { seed: Some(u64::from_le_bytes(seed)), ..Overrides::default() };
+    let loaded: Loaded =
+        load(&offer.files, &offer.scenario, &overrides).map_err(|error| unmade(&wanted.scenario, &error))?;
+    let referee = Referee::new(loaded, wanted.clock).map_err(|error| unmade(&wanted.scenario, &error))?;
+    let seats = referee.seats();
+    let game = if wanted.open {
+        Match::new(referee, vec![Access::Open; seats])
+    } else {
+        Match::with_random_tokens(referee)
+    };
+    game.map_err(|error: MatchError| unmade(&wanted.scenario, &error))
+}
+
+/// Logs why a match cannot be made, which is not the client's mistake, and returns what the client is told.
+fn unmade(scenario: &str, error: &dyn std::fmt::Display) -> Refused {
+    tracing::error!(scenario, %error, "a match cannot be created");
+    Refused::Draining
+}
+
+impl Notice {
+    fn new(referee: &Referee, access: &[Access]) -> Self {
+        let scenario = &referee.loaded().scenario;
+        let is_open = |access: &Access| matches!(access, Access::Open);
+        let watchable = |spectators: maniple_game::scenario::Spectators| ListedSpectators {
+            everything: spectators.views == Views::All,
+            delay: spectators.delay,
+        };
+        Self {
+            scenario: scenario.name.clone(),
+            clock: referee.mode(),
+            rate: referee.rate(),
+            is_open: access.iter().map(is_open).collect(),
+            spectators: scenario.spectators.map(watchable),
+        }
+    }
+}
+
+impl Open {
+    fn listed(&self, match_id: Digest) -> Listed {
+        let Notice { scenario, clock, rate, is_open, spectators } = &self.loaded;
+        let seat = |(seat, &open): (usize, &bool)| ListedSeat { open, taken: self.occupancy.is_taken(seat) };
+        Listed {
+            match_id,
+            scenario: scenario.clone(),
+            clock: *clock,
+            rate: *rate,
+            has_begun: self.occupancy.has_begun.load(Ordering::Relaxed),
+            seats: is_open.iter().enumerate().map(seat).collect(),
+            spectators: *spectators,
+        }
+    }
+}
