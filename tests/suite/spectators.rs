@@ -10,7 +10,6 @@ use maniple_game::Loaded;
 use maniple_geometry::Cycle;
 use maniple_protocol::{ClientMessage, Encoding, Refused, ServerMessage};
 use maniple_referee::WatchError;
-use maniple_server::SPECTATORS_MAX;
 use maniple_view::{
     ClockMode, Command, Delta, Handle, MatchResult, Seat, Seen, Sequenced, Sighting, Vantage, View,
 };
@@ -321,9 +320,9 @@ async fn what_is_held_back_of_a_match_that_is_broken_off_is_never_told() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn there_is_an_end_to_the_number_of_spectators() {
-    let arena = Arena::open(&loaded(WATCHED), ClockMode::Lockstep);
+    let arena = Arena::open_with(&loaded(WATCHED), ClockMode::Lockstep, |game| game.watched_by_at_most(64));
     let mut joining = tokio::task::JoinSet::new();
-    for _ in 0..=SPECTATORS_MAX {
+    for _ in 0..=64 {
         let address = arena.address.clone();
         joining.spawn(async move { Spectator::watch(&address, "suite", A).await });
     }
@@ -418,7 +417,7 @@ fn the_command_watches_a_match_to_its_end() {
 }
 
 /// Games with fog, fights and work, at their start, and how many cycles of them are looked at.
-fn whole_games() -> Vec<(Game, usize)> {
+pub(crate) fn whole_games() -> Vec<(Game, usize)> {
     let whole = |name: &str, cycles| {
         let bots = ["commander", "commander"];
         (Game::new(shipped(&format!("config/scenarios/{name}.toml"), None), &bots), cycles)
@@ -428,7 +427,7 @@ fn whole_games() -> Vec<(Game, usize)> {
 }
 
 /// Returns the view with which who comes begins.
-fn at_the_start(game: &Game, vantage: Vantage) -> View {
+pub(crate) fn at_the_start(game: &Game, vantage: Vantage) -> View {
     View::new(&game.referee.rules_of(vantage), game.referee.terrain_of(vantage))
 }
 

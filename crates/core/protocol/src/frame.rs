@@ -105,6 +105,10 @@ impl FrameDecoder {
             Encoding::Binary => self.next_frame()?,
             Encoding::Json => self.next_line()?,
         };
+        if body.is_none() && self.buffered() == 0 {
+            // Who says nothing takes no memory.
+            (self.bytes, self.start) = (Vec::new(), 0);
+        }
         Ok(body.map(|range| &self.bytes[range]))
     }
 

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use maniple_protocol::{Encoding, Hello, Inbound, Input, Refused, ServerMessage, Watch, encode_server};
 use maniple_view::{Digest, Seat};
-use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf, split};
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadHalf, WriteHalf, split};
 use tokio::sync::Semaphore;
 use tokio::time::timeout;
 use tokio_util::sync::CancellationToken;
@@ -16,6 +16,7 @@ use crate::doors::Doors;
 use crate::link::Link;
 use crate::lobby::{ASKS_MAX, Lobby};
 use crate::queue::FLUSH_TIMEOUT;
+use crate::reading::read;
 use crate::simulation::{Event, Mailbox};
 
 /// Time for the hello; a client sends it at once.
@@ -42,9 +43,6 @@ pub const DISCARD_SILENCE: Duration = Duration::from_secs(3);
 /// Bytes that are read and dropped after the last message at most: more than a client says in [`DISCARD_TIMEOUT`], far
 /// less than one can send.
 pub const DISCARD_BYTES_MAX: usize = 4 << 20;
-
-/// Bytes that are read at once: half of the largest message, which is rare.
-const READ_SIZE: usize = 8 * 1024;
 
 /// What bytes come and go through: a TCP connection, also an encrypted one, or, in tests, a simulated one.
 pub trait Stream: AsyncRead + AsyncWrite + Unpin + Send + 'static {}
@@ -82,7 +80,7 @@ pub(crate) async fn serve<S: Stream>(stream: S, reception: Reception) -> Option<
     let Reception { connection, peer, .. } = reception;
     tracing::debug!(connection = connection.0, %peer, "connected");
     let (half, mut writer) = split(stream);
-    let mut reader = Reader { half, inbound: Inbound::new(), buffer: vec![0; READ_SIZE] };
+    let mut reader = Reader { half, inbound: Inbound::new() };
     match greet(&mut reader, &mut writer, &reception).await {
         Greeting::Opened(opening, gate) => {
             attend(&mut reader, &mut writer, opening, connection, &gate).await;
@@ -257,7 +255,6 @@ async fn refuse(writer: &mut (impl AsyncWrite + Unpin), encoding: Encoding, reas
 struct Reader<S> {
     half: ReadHalf<S>,
     inbound: Inbound,
-    buffer: Vec<u8>,
 }
 
 impl<S: Stream> Reader<S> {
@@ -267,11 +264,10 @@ impl<S: Stream> Reader<S> {
             if let Some(input) = self.inbound.poll() {
                 return Ok(Some(input));
             }
-            let count = self.half.read(&mut self.buffer).await?;
-            if count == 0 {
+            let inbound = &mut self.inbound;
+            if read(&mut self.half, |bytes| inbound.handle_bytes(bytes)).await? == 0 {
                 return Ok(None);
             }
-            self.inbound.handle_bytes(&self.buffer[..count]);
         }
     }
 
@@ -289,23 +285,23 @@ impl<S: Stream> Reader<S> {
     }
 
     async fn discard(&mut self) {
-        discard(&mut self.half, &mut self.buffer).await;
+        discard(&mut self.half).await;
     }
 }
 
 /// Reads and drops what comes until the end, or one of the limits.
-async fn discard(half: &mut (impl AsyncRead + Unpin), buffer: &mut [u8]) {
-    let read = async {
+async fn discard(half: &mut (impl AsyncRead + Unpin)) {
+    let read_all = async {
         let mut left = DISCARD_BYTES_MAX;
         while left > 0 {
-            match timeout(DISCARD_SILENCE, half.read(buffer)).await {
+            match timeout(DISCARD_SILENCE, read(half, |_| {})).await {
                 Ok(Ok(count @ 1..)) => left = left.saturating_sub(count),
                 Ok(Ok(0) | Err(_)) | Err(_) => return,
             }
         }
     };
     // In time or not, it is over.
-    let _ = timeout(DISCARD_TIMEOUT, read).await;
+    let _ = timeout(DISCARD_TIMEOUT, read_all).await;
 }
 
 #[cfg(test)]
@@ -348,7 +344,7 @@ mod tests {
     /// Returns how long a connection was read from.
     async fn discarded(mut half: impl AsyncRead + Unpin) -> Duration {
         let start = Instant::now();
-        discard(&mut half, &mut [0; 64]).await;
+        discard(&mut half).await;
         start.elapsed()
     }
 }

@@ -163,11 +163,12 @@ impl Simulation {
         let Played { referee, id, table, recording, events, finished, occupancy, begin_within, is_resumed } =
             played;
         let return_within = is_resumed.then_some(RETURN_TIMEOUT);
+        let audience = Audience::new(table.spectators_max());
         Self {
             referee,
             match_id: id,
             table,
-            audience: Audience::new(SPECTATORS_MAX),
+            audience,
             recording,
             events,
             start: Instant::now(),

@@ -160,6 +160,11 @@ impl Table {
         self.doors.seats()
     }
 
+    /// Returns how many may watch at the same time.
+    pub(crate) fn spectators_max(&self) -> usize {
+        self.doors.spectators_max()
+    }
+
     fn occupant(&mut self, seat: Seat) -> Option<&mut Occupant> {
         self.occupants[seat.index()].as_mut()
     }
@@ -271,7 +276,7 @@ mod tests {
     }
 
     fn table(access: Vec<Access>) -> Table {
-        Table::new(Arc::new(Doors::new(access)))
+        Table::new(Arc::new(Doors::new(access, 8)))
     }
 
     fn link() -> Link {
