@@ -89,26 +89,23 @@ impl Link {
         self.push(&ServerMessage::Warned { reason, left: VIOLATIONS_MAX - self.violations })
     }
 
-    /// Queues the last message and closes the connection behind it.
+    /// Queues the last message and closes the connection behind it. Who lags is told at once why it is closed: the deltas that wait are
+    /// of no use to it.
     pub(crate) fn close(self, last: &ServerMessage) {
-        if let Some(bytes) = self.encode_last(last) {
+        let bytes: SharedBytes = match encode_server(self.encoding, last) {
+            Ok(bytes) => bytes.into(),
+            Err(error) => return tracing::error!(%error, "the last message cannot be sent"),
+        };
+        if self.lag.is_behind() && matches!(last, ServerMessage::Refused { .. }) {
+            self.queue.cut_short(bytes);
+        } else {
             self.queue.close(bytes);
         }
     }
 
-    /// Tells the client why it is closed, and closes the connection. What it would have been told besides is of no use to it.
+    /// Tells the client why it is closed, and closes the connection.
     pub(crate) fn refuse(self, reason: Refused) {
-        if let Some(bytes) = self.encode_last(&ServerMessage::Refused { reason }) {
-            self.queue.cut_short(bytes);
-        }
-    }
-
-    fn encode_last(&self, last: &ServerMessage) -> Option<SharedBytes> {
-        let encoded = encode_server(self.encoding, last);
-        encoded
-            .map(SharedBytes::from)
-            .inspect_err(|error| tracing::error!(%error, "the last message cannot be sent"))
-            .ok()
+        self.close(&ServerMessage::Refused { reason });
     }
 }
 
@@ -120,35 +117,37 @@ pub(crate) fn unsendable(error: &EncodeError) -> Refused {
 
 #[cfg(test)]
 mod tests {
-    use maniple_protocol::{DELTAS_UNTAKEN_MAX, decode_server};
+    use maniple_protocol::{CYCLES_UNSEEN_MAX, decode_server};
 
     use super::*;
 
     #[tokio::test]
     async fn who_lags_gets_what_is_no_delta_first_and_a_reason_in_the_place_of_deltas() {
-        for lags in [false, true] {
+        let ended = include_bytes!("../../../../tests/golden/protocol/ended.json").trim_ascii_end();
+        let ended = decode_server(Encoding::Json, ended).unwrap();
+        let refused = ServerMessage::Refused { reason: Refused::TooSlow };
+        for (lags, last, expected) in [
+            (false, &ended, vec![None, None, Some(pong(7)), Some(ended.clone())]),
+            (false, &refused, vec![None, None, Some(pong(7)), Some(refused.clone())]),
+            (true, &ended, vec![Some(pong(7)), None, None, Some(ended.clone())]),
+            (true, &refused, vec![Some(pong(7)), Some(refused.clone())]),
+        ] {
             let (mut link, outbox) = Link::new(Encoding::Json);
-            let deltas = if lags { DELTAS_UNTAKEN_MAX } else { DELTAS_UNTAKEN_MAX - 1 };
-            for cycle in (0..).map(Cycle).take(deltas) {
+            for cycle in [Cycle(0), Cycle(1)] {
                 assert_eq!(link.turn(cycle), Turn::Now);
                 link.push_delta(b"delta\n"[..].into(), cycle);
             }
-            let expected = if lags { Turn::Later } else { Turn::Now };
-            assert_eq!(link.turn(Cycle(100)), expected);
+            if lags {
+                link.handle_done(Cycle(0));
+                link.push_delta([][..].into(), Cycle(CYCLES_UNSEEN_MAX + 1));
+                assert_eq!(link.turn(Cycle(100)), Turn::Later);
+            }
             link.push(&pong(7)).unwrap();
-            link.close(&ServerMessage::Refused { reason: Refused::Shutdown });
-            let lines = lines(outbox).await;
-            assert_eq!(lines.len(), deltas + 2);
-            let place = if lags { 0 } else { deltas };
-            assert_eq!(decode_server(Encoding::Json, lines[place].as_bytes()), Ok(pong(7)));
+            link.close(last);
+            let told = lines(outbox).await;
+            let told = told.iter().map(|line| decode_server(Encoding::Json, line.as_bytes()).ok());
+            assert_eq!(told.collect::<Vec<_>>(), expected, "{lags}");
         }
-        let (mut link, outbox) = Link::new(Encoding::Json);
-        link.push_delta(b"delta\n"[..].into(), Cycle(0));
-        link.refuse(Refused::TooSlow);
-        let last = ServerMessage::Refused { reason: Refused::TooSlow };
-        let lines = lines(outbox).await;
-        assert_eq!(lines.len(), 1);
-        assert_eq!(decode_server(Encoding::Json, lines[0].as_bytes()), Ok(last));
     }
 
     #[tokio::test]
