@@ -142,7 +142,8 @@ async fn who_breaks_the_protocol_is_told_and_nobody_else_notices() {
     let unknown_message = Refused::Malformed {
         place: "message 2, column 8".to_owned(),
         problem:
-            "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`"
+            "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`, \
+             `list`, `create`, `enter`"
                 .to_owned(),
     };
     check_refused_in_seat(&arena, b"{\"cheat\":1}\n", &unknown_message).await;

@@ -83,7 +83,8 @@ fn whoever_gets_a_feed_at_whatever_times_has_the_view_of_the_server() {
                 feed.forget(receivers.iter().map(|receiver| receiver.view.cycle()).min());
             }
             for receiver in &receivers {
-                let expected = usize::try_from(receiver.pace).unwrap() > MERGED_CYCLES_MAX;
+                let pace = usize::try_from(receiver.pace).unwrap();
+                let expected = pace > MERGED_CYCLES_MAX && pace <= cycles / 2;
                 assert_eq!(receiver.keyframes > 0, expected, "pace {}", receiver.pace);
             }
         }
@@ -103,7 +104,7 @@ async fn who_stops_reading_gets_one_delta_for_many_then_a_keyframe_and_ends_with
     bot.on_start(client.seat(), client.rules(), client.terrain());
     let (mut played, mut watched) = (Mirror::default(), Mirror::default());
     // How much the system takes before it says so is for the system to say.
-    for stop in (100..).step_by(15).take_while(|&stop| stop < 300) {
+    for stop in [120, 400, 450, 500, 900] {
         let wake = other.view().cycle().0 + stop;
         while other.view().cycle().0 < wake {
             other.next().await.unwrap();
