@@ -309,7 +309,8 @@ static const char *const TASKS[] = {"none", "attack", "attack_at", "attack_move"
 enum { TASK_ATTACK_MOVE = 3 };
 
 typedef struct {
-    Message message;        /* of the welcome; `rules` lies in it */
+    Message message;        /* of the welcome, which lies in it, and so do the rules */
+    const Value *welcome;
     const Value *rules;     /* the rules of section 5: read them with `field`, `find`, `item` and EACH */
     uint32_t seat, width, height, cycle, stock;
     int is_lockstep;
@@ -512,6 +513,7 @@ static void apply(View *view, const Value *delta) {
 
 static void begin(View *view, const Value *welcome) {
     const Value *terrain = field(welcome, "terrain");
+    view->welcome = welcome;
     view->rules = field(welcome, "rules");
     view->seat = whole_field(welcome, "seat");
     view->cycle = whole_field(welcome, "cycle");
@@ -527,6 +529,21 @@ static void begin(View *view, const Value *welcome) {
         view->visible = resized(NULL, tiles);
         memset(view->visible, 0, tiles);
     }
+}
+
+/* Starts anew: the next delta is a keyframe. */
+static void begin_again(View *view) {
+    free(view->tiles);
+    free(view->walls);
+    free(view->visible);
+    view->walls = NULL;
+    view->wall_count = view->count = 0;
+    view->stock = 0;
+    view->sum = 0;
+    view->delta = NULL;
+    view->tiles = NULL;
+    view->visible = NULL;
+    begin(view, view->welcome);
 }
 
 static void end(View *view) {
@@ -717,6 +734,11 @@ static int play_on(Link *link, View *view, const Bot *bot, const Login *login, O
             apply(view, fields);
             outcome->checks++;
             answer(link, view, bot, login->conformance);
+        } else if (strcmp(fields->key, "keyframe") == 0) {
+            begin_again(view);
+        } else if (strcmp(fields->key, "warned") == 0) {
+            const Value *reason = field(fields, "reason");
+            fprintf(stderr, "the server warns: %s\n", reason->kind == TEXT ? reason->text : reason->first->key);
         } else if (strcmp(fields->key, "refused") == 0) {
             const Value *reason = field(fields, "reason");
             const Value *problem = reason->first ? find(reason->first, "problem") : NULL;

@@ -96,13 +96,18 @@ export class Bot {
 
 /** What the player knows, kept up to date with the deltas of the server and compared after each. */
 export class View {
-  objects = new Map(); // by handle; an object has the fields of `appeared` in section 6
-  stock = 0;
-  delta = null; // the last one
-  sum = new Sum();
-
   constructor(welcome) {
-    const { seat, rules, clock, cycle, terrain } = welcome;
+    this.welcome = welcome;
+    this.forget();
+  }
+
+  /** Starts anew: the next delta is a keyframe. */
+  forget() {
+    const { seat, rules, clock, cycle, terrain } = this.welcome;
+    this.objects = new Map(); // by handle; an object has the fields of `appeared` in section 6
+    this.stock = 0;
+    this.delta = null; // the last one
+    this.sum = new Sum();
     Object.assign(this, { seat, rules, clock, cycle, width: terrain.width, height: terrain.height });
     this.tiles = terrain.tiles.map((row) => [...row]); // tiles[y][x]
     this.walls = [...terrain.segments];
@@ -457,7 +462,7 @@ const refused = choice({
   token: null, full: null, replaced: null, malformed: record({ place: text, problem: text }), too_large: limit,
   too_slow: null, shutdown: null, no_spectators: null, seats_only: null, no_such_seat: record({ seats: uint }),
   spectators_full: limit, spectator: null, held_too_much: null, broken: null, no_match: null, no_scenario: null,
-  matches_full: limit, address_full: limit, draining: null, not_begun: record({ seconds: uint }), asks_too_much: limit, operator: null,
+  matches_full: limit, address_full: limit, draining: null, not_begun: record({ seconds: uint }), asks_too_much: limit, operator: null, too_many_commands: limit,
 });
 const tally = record({
   units: uint, arrived: uint, arrival_sum: uint, gathered: uint, made: uint, units_destroyed: uint,
@@ -510,6 +515,7 @@ const packed = record({ cycle: uint, rest, motions: bytes, check: digest });
 const fromServer = choice({
   welcome, refused: record({ reason: refused }), delta, pong: record({ id: uint, cycle: uint, fraction: double }),
   ended: record({ result }), packed, paused: record({ seats: uints, on: flag }),
+  keyframe: record({}), warned: record({ reason: refused, left: uint }),
 });
 
 /** Returns the delta that a packed one stands for: section 6, *Packed*. */
@@ -738,6 +744,10 @@ export async function play(bot, { host, port, token = "", binary = false, confor
         } else if (name === "ended") {
           bot.onEnd(fields.result);
           return { ...fields.result, seat: view.seat, checks };
+        } else if (name === "keyframe") {
+          view.forget();
+        } else if (name === "warned") {
+          console.error(`the server warns: ${JSON.stringify(fields.reason)}`);
         } // `pong` and `paused` need no answer.
       }
     } catch (error) {

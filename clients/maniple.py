@@ -128,6 +128,12 @@ class View:
     """What the player knows, kept up to date with the deltas of the server and compared after each."""
 
     def __init__(self, welcome):
+        self.welcome = welcome
+        self.forget()
+
+    def forget(self):
+        """Starts anew: the next delta is a keyframe."""
+        welcome = self.welcome
         self.seat = welcome["seat"]
         self.rules = welcome["rules"]
         self.clock = welcome["clock"]
@@ -359,7 +365,7 @@ REFUSED = enum(
     too_slow=None, shutdown=None, no_spectators=None, seats_only=None, no_such_seat=record(seats=UINT),
     spectators_full=record(limit=UINT), spectator=None, held_too_much=None, broken=None, no_match=None, no_scenario=None,
     matches_full=record(limit=UINT), address_full=record(limit=UINT), draining=None, not_begun=record(seconds=UINT),
-    asks_too_much=record(limit=UINT), operator=None)
+    asks_too_much=record(limit=UINT), operator=None, too_many_commands=record(limit=UINT))
 TALLY = record(
     units=UINT, arrived=UINT, arrival_sum=UINT, gathered=UINT, made=UINT, units_destroyed=UINT,
     buildings_destroyed=UINT, units_lost=UINT, buildings_lost=UINT, last_building=UINT)
@@ -401,7 +407,7 @@ FROM_SERVER = enum(
     welcome=WELCOME, refused=record(reason=REFUSED), delta=record(cycle=UINT, **DELTA, check=DIGEST),
     pong=record(id=UINT, cycle=UINT, fraction=DOUBLE), ended=record(result=RESULT),
     packed=record(cycle=UINT, rest=option(record(**REST)), motions=BYTES, check=DIGEST),
-    paused=record(seats=UINTS, on=FLAG))
+    paused=record(seats=UINTS, on=FLAG), keyframe=record(), warned=record(reason=REFUSED, left=UINT))
 NO_REST = {name: None if name == "stock" else [] for name in REST}
 
 
@@ -595,6 +601,10 @@ def play(bot, host, port, token="", binary=False, conformance=False, match=None)
                 elif name == "ended":
                     bot.on_end(fields["result"])
                     return {**fields["result"], "seat": view.seat, "checks": checks}
+                elif name == "keyframe":
+                    view.forget()
+                elif name == "warned":
+                    print(f"the server warns: {json.dumps(fields['reason'])}", file=sys.stderr)
                 # `pong` and `paused` need no answer.
         except Cut:
             if view is None or not token:

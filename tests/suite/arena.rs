@@ -56,11 +56,16 @@ impl Write for Shared {
 
 impl Arena {
     pub(crate) fn open(loaded: &Loaded, mode: ClockMode) -> Self {
+        Self::open_with(loaded, mode, |game| game)
+    }
+
+    /// Opens it for a match that is changed first.
+    pub(crate) fn open_with(loaded: &Loaded, mode: ClockMode, change: impl FnOnce(Match) -> Match) -> Self {
         let server = Server::bind("127.0.0.1:0".parse().unwrap()).unwrap();
         let address = server.local_addr().unwrap().to_string();
         let game = Match::with_random_tokens(Referee::new(loaded.clone(), mode).unwrap()).unwrap();
         let replay = Shared::default();
-        let game = game.recorded_to(replay.clone());
+        let game = change(game.recorded_to(replay.clone()));
         let token = |access: &Access| match access {
             Access::Token(token) => token.to_string(),
             Access::Open => String::new(),

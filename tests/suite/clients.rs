@@ -166,7 +166,9 @@ fn flip(message: &mut ServerMessage) -> bool {
         | ServerMessage::Ended { .. }
         | ServerMessage::Paused { .. }
         | ServerMessage::Matches { .. }
-        | ServerMessage::Created { .. } => false,
+        | ServerMessage::Created { .. }
+        | ServerMessage::Keyframe {}
+        | ServerMessage::Warned { .. } => false,
     }
 }
 

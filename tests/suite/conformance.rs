@@ -156,7 +156,9 @@ fn a_pause_that_the_client_asks_for_is_granted_and_ended() {
         | ServerMessage::Pong { .. }
         | ServerMessage::Ended { .. }
         | ServerMessage::Matches { .. }
-        | ServerMessage::Created { .. } => None,
+        | ServerMessage::Created { .. }
+        | ServerMessage::Keyframe {}
+        | ServerMessage::Warned { .. } => None,
     };
     let told: Vec<bool> = heard.iter().filter_map(is_on).collect();
     // The wish of the other seat comes later.
@@ -274,7 +276,9 @@ fn take_in(message: &ServerMessage, view: &mut View, rules: &mut Option<Rules>) 
         | ServerMessage::Paused { .. }
         | ServerMessage::Ended { .. }
         | ServerMessage::Matches { .. }
-        | ServerMessage::Created { .. } => false,
+        | ServerMessage::Created { .. }
+        | ServerMessage::Keyframe {}
+        | ServerMessage::Warned { .. } => false,
     }
 }
 

@@ -111,7 +111,7 @@ async fn play(address: String, seat: usize, token: String, seen: Arc<AtomicU32>)
                     }
                 }
                 Event::Ended(result) => return result,
-                Event::Pong { .. } | Event::Paused { .. } => {}
+                Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             }
         }
     }

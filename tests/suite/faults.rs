@@ -326,7 +326,7 @@ async fn player(seat: u16, board: Board) -> turmoil::Result {
                     board.borrow_mut().ended.insert(name.to_owned(), (result, client.view().clone()));
                     return Ok(());
                 }
-                Event::Pong { .. } | Event::Paused { .. } => {}
+                Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             }
         }
         note_connected(name, &board, false);

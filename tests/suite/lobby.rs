@@ -191,7 +191,13 @@ async fn a_match_whose_players_do_not_come_is_given_up() {
     let mut alone = inn.sit(created.match_id, "").await.unwrap();
     let gone = loop {
         match alone.next().await {
-            Ok(Event::Cycle(_) | Event::Pong { .. } | Event::Paused { .. }) => {}
+            Ok(
+                Event::Cycle(_)
+                | Event::Pong { .. }
+                | Event::Paused { .. }
+                | Event::Warned { .. }
+                | Event::Warned { .. },
+            ) => {}
             Ok(Event::Ended(_)) => panic!("it has not begun"),
             Err(error) => break error,
         }
@@ -217,7 +223,7 @@ async fn spectators_watch_a_match_of_the_lobby_and_a_shutdown_waits_for_its_end(
         match spectator.next().await.unwrap() {
             Event::Cycle(_) => cycles += 1,
             Event::Ended(result) => break result,
-            Event::Pong { .. } | Event::Paused { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
         }
     };
     assert_eq!((result.cycles.0, cycles), (24, 25));

@@ -34,6 +34,7 @@ mod readme;
 mod secrecy;
 mod show;
 mod simulate;
+mod slow;
 mod spectators;
 mod tournament;
 mod transcripts;

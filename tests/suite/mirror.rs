@@ -2,6 +2,7 @@
 
 use maniple_bots::Bot;
 use maniple_client::{Client, Event};
+use maniple_game::Loaded;
 use maniple_protocol::read_replay;
 use maniple_referee::Referee;
 use maniple_view::{ClockMode, Seat, View};
@@ -28,23 +29,34 @@ async fn who_stops_reading_for_a_while_or_comes_back_mirrors_the_view_of_the_ser
     bot.on_start(client.seat(), client.rules(), client.terrain());
     follow(&mut client, &mut *bot, u32::MAX, &mut mirrored).await;
     let outcome = arena.outcome().await;
-    let replay = read_replay(&outcome.replay).unwrap();
-    let mut referee = Referee::new(scenario, ClockMode::Realtime).unwrap();
-    let mut views = vec![referee.view(Seat(0)).clone()];
-    for event in maniple_server::events(&replay) {
-        referee.handle_record(&event).unwrap();
-        if referee.cycle() > views[views.len() - 1].cycle() {
-            views.push(referee.view(Seat(0)).clone());
-        }
-    }
+    let views = views_of_the_server(&scenario, &outcome.replay, Seat(0));
     assert!(mirrored.len() > 250, "{}", mirrored.len());
     for view in mirrored {
         assert_eq!(&view, &views[view.cycle().0 as usize]);
     }
 }
 
+/// Returns the server's view of a seat by cycle.
+pub(crate) fn views_of_the_server(scenario: &Loaded, replay: &[u8], seat: Seat) -> Vec<View> {
+    let replay = read_replay(replay).unwrap();
+    let mut referee = Referee::new(scenario.clone(), ClockMode::Realtime).unwrap();
+    let mut views = vec![referee.view(seat).clone()];
+    for event in maniple_server::events(&replay) {
+        referee.handle_record(&event).unwrap();
+        if referee.cycle() > views[views.len() - 1].cycle() {
+            views.push(referee.view(seat).clone());
+        }
+    }
+    views
+}
+
 /// Plays until the delta of cycle `last` has come, or to the end; keeps the view after each delta.
-async fn follow(client: &mut Client, bot: &mut (dyn Bot + Send), last: u32, views: &mut Vec<View>) {
+pub(crate) async fn follow(
+    client: &mut Client,
+    bot: &mut (dyn Bot + Send),
+    last: u32,
+    views: &mut Vec<View>,
+) {
     while client.view().cycle().0 < last {
         match client.next().await.unwrap() {
             Event::Cycle(delta) => {
@@ -52,7 +64,7 @@ async fn follow(client: &mut Client, bot: &mut (dyn Bot + Send), last: u32, view
                 let commands = bot.on_cycle(client.view(), &delta);
                 client.send(commands).await.unwrap();
             }
-            Event::Pong { .. } | Event::Paused { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             Event::Ended(_) => return,
         }
     }

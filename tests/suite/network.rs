@@ -138,11 +138,12 @@ async fn who_breaks_the_protocol_is_told_and_nobody_else_notices() {
 
     check_refused_in_seat(&arena, hello(&arena.tokens[0]).as_bytes(), &Refused::Handshake).await;
     let long_line = format!("{}\n", "x".repeat(FRAME_FROM_CLIENT_MAX + 1));
-    check_refused_in_seat(&arena, long_line.as_bytes(), &limit(FRAME_FROM_CLIENT_MAX)).await;
+    check_refused_the_third_time(&arena, &long_line, &limit(FRAME_FROM_CLIENT_MAX)).await;
     let unknown_message = Refused::Malformed {
         place: "message 2, column 8".to_owned(),
         problem:
-            "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`, `list`, `create`, `enter`"
+            "unknown variant `cheat`, expected one of `hello`, `commands`, `done`, `ping`, `pause`, `watch`, \
+             `list`, `create`, `enter`"
                 .to_owned(),
     };
     check_refused_in_seat(&arena, b"{\"cheat\":1}\n", &unknown_message).await;
@@ -247,14 +248,14 @@ async fn a_flood_of_commands_removes_who_sends_it() {
     let mut other = arena.client(1).await;
     let mut lines = seated(&arena).await;
     let command = Sequenced { seq: 0, command: Command::Stop { object: Handle(0) } };
-    let list = vec![command; QUEUED_MAX + 1];
+    // Some 350 of them are a message, and at least three messages are more than may wait.
+    let list = vec![command; QUEUED_MAX + 2000];
     let bytes = encode_commands(Encoding::Json, Default::default(), &list).unwrap();
     lines.write_all(&bytes).await.unwrap();
     let messages = rest(&mut lines).await;
-    let [ServerMessage::Refused { reason: Refused::Malformed { place, .. } }] = messages.as_slice() else {
-        panic!("{messages:?}");
-    };
-    assert_eq!(place, "cycle 0");
+    let reason = Refused::TooManyCommands { limit: QUEUED_MAX.try_into().unwrap() };
+    let warned = |left| ServerMessage::Warned { reason: reason.clone(), left };
+    assert_eq!(messages, [warned(1), warned(0), ServerMessage::Refused { reason: reason.clone() }]);
     assert!(matches!(other.next().await.unwrap(), Event::Cycle(_)));
     arena.client(0).await;
     arena.shut_down().await;
@@ -270,7 +271,7 @@ async fn real_time_runs_on_without_a_client_that_says_nothing() {
     let result = loop {
         match idle.next().await.unwrap() {
             Event::Cycle(delta) => cycles.push(delta.cycle.0),
-            Event::Pong { .. } | Event::Paused { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             Event::Ended(result) => break result,
         }
     };
@@ -477,7 +478,9 @@ async fn play_json(
             ServerMessage::Ended { result } => return (result, view),
             other @ (ServerMessage::Refused { .. }
             | ServerMessage::Pong { .. }
-            | ServerMessage::Paused { .. }) => panic!("{other:?}"),
+            | ServerMessage::Paused { .. }
+            | ServerMessage::Keyframe {}
+            | ServerMessage::Warned { .. }) => panic!("{other:?}"),
         }
     }
 }
@@ -528,6 +531,17 @@ async fn check_malformed(arena: &Arena, bytes: &str, expected: &str) {
 }
 
 /// Checks what `bytes` after a good hello at seat 0 are answered, and that the seat can be taken again.
+/// Checks what may happen twice: each time is told, and what comes behind is heard.
+async fn check_refused_the_third_time(arena: &Arena, line: &str, expected: &Refused) {
+    let mut lines = seated(arena).await;
+    let ping = "{\"ping\":{\"id\":1}}\n";
+    lines.write_all([line, ping, line, line, ping].concat().as_bytes()).await.unwrap();
+    let warned = |left| ServerMessage::Warned { reason: expected.clone(), left };
+    let pong = ServerMessage::Pong { id: 1, cycle: Default::default(), fraction: 0.0 };
+    let refused = ServerMessage::Refused { reason: expected.clone() };
+    assert_eq!(rest(&mut lines).await, [warned(1), pong, warned(0), refused]);
+}
+
 async fn check_refused_in_seat(arena: &Arena, bytes: &[u8], expected: &Refused) {
     let mut lines = seated(arena).await;
     lines.write_all(bytes).await.unwrap();

@@ -104,7 +104,8 @@ async fn until_paused(client: &mut Client) -> u32 {
     loop {
         match client.next().await.unwrap() {
             Event::Paused { on: true, .. } => return client.view().cycle().0,
-            Event::Paused { on: false, .. } | Event::Cycle(_) | Event::Pong { .. } => {}
+            Event::Paused { on: false, .. } | Event::Cycle(_) | Event::Pong { .. } | Event::Warned { .. } => {
+            }
             Event::Ended(result) => panic!("the match has ended: {result:?}"),
         }
     }

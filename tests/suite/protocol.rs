@@ -9,13 +9,15 @@ use glam::DVec2;
 use maniple_game::scenario::DELAY_CYCLES_MAX;
 use maniple_geometry::Cycle;
 use maniple_protocol::{
-    ClientMessage, Create, Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, Listed,
-    ListedSeat, ListedSpectators, NAME_MAX, Outbound, PROTOCOL, PackedDelta, REPLAY_RECORD_MAX,
-    REPLAY_VERSION, Record, Refused, ReplayHeader, ReplayWriter, Rest, ServerMessage, TOKEN_DIGITS, Watch,
-    Welcome, decode_client, decode_server, encode_client, encode_server, read_replay,
+    BYTES_UNTAKEN_MAX, CYCLES_UNSEEN_MAX, CYCLES_WITHHELD_MAX, ClientMessage, Create, DELTAS_UNTAKEN_MAX,
+    Encoding, FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, Hello, Listed, ListedSeat,
+    ListedSpectators, MERGED_CYCLES_MAX, MERGED_ENTRIES_MAX, NAME_MAX, Outbound, PROTOCOL, PackedDelta,
+    REPLAY_RECORD_MAX, REPLAY_VERSION, Record, Refused, ReplayHeader, ReplayWriter, Rest, SKIPPED_MAX,
+    ServerMessage, TOKEN_DIGITS, Watch, Welcome, decode_client, decode_server, encode_client, encode_server,
+    read_replay,
 };
 use maniple_referee::{HELD_ENTRIES_MAX, PAUSES_MAX};
-use maniple_server::{ASKS_MAX, SPECTATORS_MAX};
+use maniple_server::{ASKS_MAX, CONTROLS_WAITING_MAX, NEWS_WAITING_MAX, SPECTATORS_MAX, VIOLATIONS_MAX};
 use maniple_view::{
     Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
     Delta, Digest, EndOfTask, EndReason, Ended, Falloff, Handle, Harvest, Identity, Layer, Making,
@@ -154,6 +156,16 @@ fn the_document_states_the_limits_as_they_are() {
         ("requests to the lobby of a connection", usize::try_from(ASKS_MAX).unwrap()),
         ("pauses that a seat asks for in a match", usize::try_from(PAUSES_MAX).unwrap()),
         ("spectators of a match", SPECTATORS_MAX),
+        ("deltas that wait to be sent", DELTAS_UNTAKEN_MAX),
+        ("bytes of deltas that wait to be sent", BYTES_UNTAKEN_MAX),
+        ("cycles that a client may be behind what it was sent", usize::try_from(CYCLES_UNSEEN_MAX).unwrap()),
+        ("cycles that are told in one delta", MERGED_CYCLES_MAX),
+        ("entries of deltas that are kept for that", MERGED_ENTRIES_MAX),
+        ("cycles in which nothing can be sent", usize::try_from(CYCLES_WITHHELD_MAX).unwrap()),
+        ("results and tasks that wait to be told", NEWS_WAITING_MAX),
+        ("other messages that wait to be sent", CONTROLS_WAITING_MAX),
+        ("rules that a client may break", usize::try_from(VIOLATIONS_MAX).unwrap()),
+        ("bytes of a message that is dropped as too long", SKIPPED_MAX),
         ("cycles by which spectators are behind", usize::try_from(DELAY_CYCLES_MAX).unwrap()),
         ("changes that are held back for spectators", HELD_ENTRIES_MAX),
         ("bytes of a record of a replay", REPLAY_RECORD_MAX),
@@ -235,6 +247,8 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("pong", ServerMessage::Pong { id: 9, cycle: Cycle(65_535), fraction: 0.1 }),
         ("ended", ServerMessage::Ended { result: result() }),
         ("paused", ServerMessage::Paused { seats: vec![Seat(0), Seat(300)], on: true }),
+        ("keyframe", ServerMessage::Keyframe {}),
+        ("warned", ServerMessage::Warned { reason: Refused::TooLarge { limit: 16_384 }, left: 2 }),
         ("refused_protocol", refused(Refused::Protocol { supported: 1 })),
         ("refused_handshake", refused(Refused::Handshake)),
         ("refused_timeout", refused(Refused::Timeout { seconds: 10 })),
@@ -262,6 +276,7 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("refused_asks_too_much", refused(Refused::AsksTooMuch { limit: 16 })),
         ("matches", matches()),
         ("created", ServerMessage::Created { match_id: Digest(7), tokens: vec!["0".repeat(32)] }),
+        ("refused_too_many_commands", refused(Refused::TooManyCommands { limit: 32_768 })),
     ]
 }
 

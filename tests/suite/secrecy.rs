@@ -155,7 +155,7 @@ impl Side {
         let roles = scene.numbers[world].iter().enumerate();
         let roles = roles.map(|(role, &number)| (ObjectId(number), (role, None))).collect();
         let secret = Dice::new(seed, 100 + world as u64);
-        let mut outbound = Outbound::for_deltas(&referee.rules());
+        let mut outbound = Outbound::for_deltas(Encoding::Binary, &referee.rules());
         let frame = outbound.encode(&ServerMessage::Delta(delta.clone())).unwrap();
         let mut side = Self { world, referee, names, roles, secret, delta, outbound, frame };
         side.name();
@@ -209,7 +209,7 @@ impl Side {
     /// Returns all that the watcher's connection could carry in this cycle, in every encoding.
     fn bytes(&self, watcher: Seat) -> Vec<Vec<u8>> {
         let keyframe = ServerMessage::Delta(self.referee.keyframe(watcher));
-        let mut fresh = Outbound::for_deltas(&self.referee.rules());
+        let mut fresh = Outbound::for_deltas(Encoding::Binary, &self.referee.rules());
         let mut bytes = vec![self.frame.clone(), fresh.encode(&keyframe).unwrap()];
         for message in [ServerMessage::Delta(self.delta.clone()), keyframe] {
             for encoding in [Encoding::Json, Encoding::Binary] {

@@ -10,7 +10,6 @@ use maniple_game::Loaded;
 use maniple_geometry::Cycle;
 use maniple_protocol::{ClientMessage, Encoding, Refused, ServerMessage};
 use maniple_referee::WatchError;
-use maniple_server::SPECTATORS_MAX;
 use maniple_view::{
     ClockMode, Command, Delta, Handle, MatchResult, Seat, Seen, Sequenced, Sighting, Vantage, View,
 };
@@ -180,8 +179,13 @@ async fn a_replay_prints_the_very_messages_of_a_seat_and_of_who_watched_everythi
     let mut show = Show::open(&loaded(WATCHED)).await;
     let mut everything = Tap::watch(&show.arena, Encoding::Json, Vantage::Everything).await;
     show.play_to(1).await;
+    // At the same time: who lags is told less often.
+    let everything = tokio::spawn(async move {
+        everything.read_to_the_end().await;
+        everything
+    });
     let (told, _, outcome) = show.play_out().await;
-    everything.read_to_the_end().await;
+    let everything = everything.await.unwrap();
     let path = folder.join("show.replay").display().to_string();
     std::fs::write(&path, &outcome.replay).unwrap();
     let printed = |arguments: &[&str]| {
@@ -321,9 +325,9 @@ async fn what_is_held_back_of_a_match_that_is_broken_off_is_never_told() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn there_is_an_end_to_the_number_of_spectators() {
-    let arena = Arena::open(&loaded(WATCHED), ClockMode::Lockstep);
+    let arena = Arena::open_with(&loaded(WATCHED), ClockMode::Lockstep, |game| game.watched_by_at_most(64));
     let mut joining = tokio::task::JoinSet::new();
-    for _ in 0..=SPECTATORS_MAX {
+    for _ in 0..=64 {
         let address = arena.address.clone();
         joining.spawn(async move { Spectator::watch(&address, "suite", A).await });
     }
@@ -359,7 +363,7 @@ async fn the_client_mirrors_a_real_time_match_without_delay() {
         match spectator.next().await.unwrap() {
             Event::Cycle(delta) => cycles.push(delta.cycle.0),
             Event::Pong { id, .. } => pongs += id,
-            Event::Paused { .. } => panic!("nobody asked"),
+            Event::Paused { .. } | Event::Warned { .. } => panic!("nobody asked"),
             Event::Ended(result) => break result,
         }
     };
@@ -418,7 +422,7 @@ fn the_command_watches_a_match_to_its_end() {
 }
 
 /// Games with fog, fights and work, at their start, and how many cycles of them are looked at.
-fn whole_games() -> Vec<(Game, usize)> {
+pub(crate) fn whole_games() -> Vec<(Game, usize)> {
     let whole = |name: &str, cycles| {
         let bots = ["commander", "commander"];
         (Game::new(shipped(&format!("config/scenarios/{name}.toml"), None), &bots), cycles)
@@ -428,7 +432,7 @@ fn whole_games() -> Vec<(Game, usize)> {
 }
 
 /// Returns the view with which who comes begins.
-fn at_the_start(game: &Game, vantage: Vantage) -> View {
+pub(crate) fn at_the_start(game: &Game, vantage: Vantage) -> View {
     View::new(&game.referee.rules_of(vantage), game.referee.terrain_of(vantage))
 }
 

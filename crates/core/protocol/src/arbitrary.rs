@@ -132,7 +132,7 @@ impl Random {
     }
 
     pub(crate) fn server_message(&mut self) -> ServerMessage {
-        match self.below(9) {
+        match self.below(11) {
             7 => ServerMessage::Matches { scenarios: self.list(Self::text), list: self.list(Self::listed) },
             8 => ServerMessage::Created { match_id: Digest(self.number()), tokens: self.list(Self::text) },
             0 => ServerMessage::Welcome(self.welcome()),
@@ -141,6 +141,8 @@ impl Random {
             3 => ServerMessage::Pong { id: self.u32(), cycle: self.cycle(), fraction: self.double() },
             4 => ServerMessage::Packed(self.packed_delta()),
             5 => ServerMessage::Paused { seats: self.list(Self::seat), on: self.coin() },
+            9 => ServerMessage::Keyframe {},
+            6 => ServerMessage::Warned { reason: self.refused(), left: self.u32() },
             _ => ServerMessage::Ended { result: self.result() },
         }
     }
@@ -236,6 +238,7 @@ impl Random {
             13 => Refused::SpectatorsFull { limit: self.u32() },
             14 => Refused::Spectator,
             15 => Refused::HeldTooMuch,
+            25 => Refused::TooManyCommands { limit: self.u32() },
             _ => Refused::Shutdown,
         }
     }

@@ -36,13 +36,15 @@ pub struct FrameDecoder {
     start: usize,
     /// How many bytes from `start` on are known to hold no line end.
     scanned: usize,
+    /// Bytes of a message that is dropped and has not come in whole: of a line, how many more it may have.
+    skipping: Option<usize>,
 }
 
 impl FrameDecoder {
     /// Returns a decoder of messages of at most `limit` bytes, without length or line end.
     #[must_use]
     pub fn new(encoding: Encoding, limit: usize) -> Self {
-        Self { encoding, limit, bytes: Vec::new(), start: 0, scanned: 0 }
+        Self { encoding, limit, bytes: Vec::new(), start: 0, scanned: 0, skipping: None }
     }
 
     /// Changes the largest length, for the messages that were not given out yet.
@@ -62,7 +64,36 @@ impl FrameDecoder {
             self.bytes.len() <= self.limit + LENGTH_SIZE,
             "all messages are taken out before more bytes come in"
         );
+        let bytes = self.skipped(bytes);
         self.bytes.extend_from_slice(bytes);
+    }
+
+    /// Drops the message that was found to be too large, as it comes in, and goes on with the next.
+    ///
+    /// # Errors
+    /// A frame of more than `skip_max` bytes. Of a line that is longer the rest is taken for another message.
+    ///
+    /// # Panics
+    /// When [`Self::poll`] did not give [`FrameError::TooLarge`] just before.
+    pub fn skip(&mut self, skip_max: usize) -> Result<(), FrameError> {
+        assert!(self.skipping.is_none(), "a message was found to be too large");
+        let rest = &self.bytes[self.start..];
+        let (at, length) = match self.encoding {
+            Encoding::Binary => {
+                let length = rest.first_chunk().map_or(0, |length| u32::from_le_bytes(*length));
+                (LENGTH_SIZE, usize::try_from(length).unwrap_or(usize::MAX))
+            }
+            Encoding::Json => (0, skip_max),
+        };
+        if length > skip_max {
+            return Err(FrameError::TooLarge { limit: self.limit });
+        }
+        let come_in = self.bytes.split_off(self.start + at);
+        self.bytes.clear();
+        (self.start, self.scanned, self.skipping) = (0, 0, Some(length));
+        let rest = self.skipped(&come_in);
+        self.bytes.extend_from_slice(rest);
+        Ok(())
     }
 
     /// Returns the body of the next message; `None` until more bytes have come in. Empty lines are skipped.
@@ -74,6 +105,10 @@ impl FrameDecoder {
             Encoding::Binary => self.next_frame()?,
             Encoding::Json => self.next_line()?,
         };
+        if body.is_none() && self.buffered() == 0 {
+            // Who says nothing takes no memory.
+            (self.bytes, self.start) = (Vec::new(), 0);
+        }
         Ok(body.map(|range| &self.bytes[range]))
     }
 
@@ -87,6 +122,23 @@ impl FrameDecoder {
     #[must_use]
     pub fn buffered(&self) -> usize {
         self.bytes.len() - self.start
+    }
+
+    /// Returns what is left behind the message that is dropped.
+    fn skipped<'a>(&mut self, bytes: &'a [u8]) -> &'a [u8] {
+        let Some(left) = self.skipping else { return bytes };
+        let end = match self.encoding {
+            Encoding::Binary => (bytes.len() >= left).then_some(left),
+            Encoding::Json => bytes.iter().position(|&byte| byte == b'\n').map(|place| place + 1),
+        };
+        if let Some(end) = end {
+            self.skipping = None;
+            return &bytes[end..];
+        }
+        // Of a line that goes on for longer, the rest is taken for another message.
+        let (_, rest) = bytes.split_at_checked(left).unwrap_or((bytes, &[]));
+        self.skipping = left.checked_sub(bytes.len()).filter(|&left| left > 0);
+        rest
     }
 
     fn next_frame(&mut self) -> Result<Option<Range<usize>>, FrameError> {
@@ -160,6 +212,46 @@ mod tests {
         check(Encoding::Binary, b"\xff\xff\xff\xff", Err(FrameError::TooLarge { limit: 8 }));
         check(Encoding::Json, b"abcdefghi", Err(FrameError::TooLarge { limit: 8 }));
         check(Encoding::Json, b"abcdefghi\n", Err(FrameError::TooLarge { limit: 8 }));
+    }
+
+    #[test]
+    fn a_message_that_is_too_large_can_be_dropped_however_it_is_split() {
+        for (encoding, stream, expected) in [
+            (Encoding::Binary, &b"\x09\0\0\0abcdefghi\x01\0\0\0b"[..], &b"b"[..]),
+            (Encoding::Json, b"abcdefghij\nb\n", b"b"),
+        ] {
+            for size in 1..=stream.len() {
+                let (mut decoder, mut bodies, mut dropped) = (FrameDecoder::new(encoding, 8), vec![], 0);
+                for bytes in stream.chunks(size) {
+                    decoder.handle_bytes(bytes);
+                    loop {
+                        match decoder.poll() {
+                            Ok(Some(body)) => bodies.push(body.to_vec()),
+                            Ok(None) => break,
+                            Err(_) => {
+                                dropped += 1;
+                                decoder.skip(12).unwrap();
+                            }
+                        }
+                    }
+                    assert!(decoder.buffered() <= 12, "{encoding:?} by {size}");
+                }
+                assert_eq!((bodies, dropped), (vec![expected.to_vec()], 1), "{encoding:?} by {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_dropped_has_a_limit_too() {
+        let too_large = Err(FrameError::TooLarge { limit: 8 });
+        let mut decoder = FrameDecoder::new(Encoding::Binary, 8);
+        decoder.handle_bytes(b"\x0d\0\0\0");
+        assert_eq!((decoder.poll().map(|_| ()), decoder.skip(12)), (too_large, too_large));
+        let mut decoder = FrameDecoder::new(Encoding::Json, 8);
+        decoder.handle_bytes(b"abcdefghi");
+        assert_eq!((decoder.poll().map(|_| ()), decoder.skip(12)), (too_large, Ok(())));
+        decoder.handle_bytes(b"jklmn\n");
+        assert_eq!(decoder.poll(), Ok(Some(&b"mn"[..])));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use maniple_view::{Digest, Seat, Sequenced};
 
 use crate::encoding::{Encoding, decode_client};
 use crate::frame::{FrameDecoder, FrameError};
-use crate::limits::{FRAME_FROM_CLIENT_MAX, HELLO_MAX, NAME_MAX, TOKEN_DIGITS};
+use crate::limits::{FRAME_FROM_CLIENT_MAX, HELLO_MAX, NAME_MAX, SKIPPED_MAX, TOKEN_DIGITS};
 use crate::message::{ClientMessage, Create, Hello, PROTOCOL, Watch};
 use crate::refused::Refused;
 
@@ -51,6 +51,8 @@ pub enum Input {
         /// The open seat that is wanted.
         seat: Option<Seat>,
     },
+    /// The client said too much at once, and it was dropped: warn it. What it says next comes after.
+    Dropped(Refused),
     /// The client broke the protocol: send it this reason and close. Nothing comes after.
     Violation(Refused),
 }
@@ -109,6 +111,7 @@ impl Inbound {
     pub fn poll(&mut self) -> Option<Input> {
         match self.try_poll() {
             Ok(input) => input,
+            Err(refused @ Refused::TooLarge { .. }) if self.skip().is_some() => Some(Input::Dropped(refused)),
             Err(refused) => {
                 self.stage = Stage::Closed(self.encoding());
                 Some(Input::Violation(refused))
@@ -181,6 +184,17 @@ impl Inbound {
             }
             (Peer::Player, ClientMessage::Done { cycle }) => Ok(Some(Input::Done { cycle })),
             (Peer::Player, ClientMessage::Pause { on }) => Ok(Some(Input::Pause { on })),
+        }
+    }
+
+    /// Drops a message that is too large of somebody who may be heard further; `None` of all others.
+    fn skip(&mut self) -> Option<()> {
+        match &mut self.stage {
+            Stage::Talking(frames, messages, Peer::Player | Peer::Spectator) => {
+                *messages += 1;
+                frames.skip(SKIPPED_MAX).ok()
+            }
+            Stage::Talking(_, _, Peer::Unknown) | Stage::Detecting(_) | Stage::Closed(_) => None,
         }
     }
 
@@ -327,7 +341,8 @@ mod tests {
             check(Watch { client: "a".repeat(65), ..watch.clone() }, Refused::NameTooLong { limit: 64 });
             let long = vec![b'a'; HELLO_MAX + 1];
             let bytes = [stream(encoding, std::slice::from_ref(&opening)), frame(encoding, &long)].concat();
-            check_violation(&bytes, &Refused::TooLarge { limit: limit_of(HELLO_MAX) });
+            let dropped = Input::Dropped(Refused::TooLarge { limit: limit_of(HELLO_MAX) });
+            assert_eq!(inputs(&[&bytes]).0, [Input::Watch(watch.clone()), dropped]);
         }
     }
 
@@ -379,8 +394,15 @@ mod tests {
         check_violation(&long_line(HELLO_MAX + 1), &Refused::TooLarge { limit: 4096 });
         check_violation(b"MNPL\x01\x10\0\0", &Refused::TooLarge { limit: 4096 });
         let greeting = stream(Encoding::Json, &[ClientMessage::Hello(hello())]);
-        let after = [greeting, long_line(FRAME_FROM_CLIENT_MAX + 1)].concat();
-        check_violation(&after, &Refused::TooLarge { limit: 16_384 });
+        let ping = stream(Encoding::Json, &[ClientMessage::Ping { id: 3 }]);
+        let after = [greeting.clone(), long_line(FRAME_FROM_CLIENT_MAX + 1), ping].concat();
+        let expected = [Input::Dropped(Refused::TooLarge { limit: 16_384 }), Input::Ping { id: 3 }];
+        assert_eq!(inputs(&[&after]).0[1..], expected);
+        assert_eq!(inputs(&after.chunks(1000).collect::<Vec<_>>()).0[1..], expected);
+        // Nobody is heard out for ever.
+        let far_too_long = u32::try_from(SKIPPED_MAX + 1).unwrap().to_le_bytes();
+        let greeting = stream(Encoding::Binary, &[ClientMessage::Hello(hello())]);
+        check_violation(&[&greeting, &far_too_long[..]].concat(), &Refused::TooLarge { limit: 16_384 });
     }
 
     #[test]

@@ -6,8 +6,10 @@
 mod arbitrary;
 mod codec;
 mod encoding;
+mod feed;
 mod frame;
 mod handshake;
+mod lag;
 mod limits;
 mod message;
 mod outbound;
@@ -20,10 +22,15 @@ pub use encoding::{
     DecodeError, EncodeError, Encoding, EncodingError, decode_client, decode_server, encode_client,
     encode_commands, encode_server,
 };
+pub use feed::{Feed, MERGED_CYCLES_MAX, MERGED_ENTRIES_MAX, SharedBytes};
 pub use frame::{FrameDecoder, FrameError};
 pub use handshake::{Inbound, Input};
+pub use lag::{
+    BYTES_UNTAKEN_MAX, CYCLES_UNSEEN_MAX, CYCLES_WITHHELD_MAX, DELTAS_UNTAKEN_MAX, Lag, Turn, Untaken,
+};
 pub use limits::{
-    FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, TOKEN_DIGITS,
+    FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, SKIPPED_MAX,
+    TOKEN_DIGITS,
 };
 pub use message::{
     ClientMessage, Create, Hello, Listed, ListedSeat, ListedSpectators, PROTOCOL, ServerMessage, Watch,

@@ -8,6 +8,9 @@ pub const HELLO_MAX: usize = 4 * 1024;
 /// commands of a cycle may come in several messages; [`crate::encode_commands`] splits them.
 pub const FRAME_FROM_CLIENT_MAX: usize = 16 * 1024;
 
+/// Bytes of a message from a client that is dropped because it is longer: who says more in one is not heard out.
+pub const SKIPPED_MAX: usize = 1024 * 1024;
+
 /// Bytes of a message from the server: a welcome with 16 MiB of tiles, which is a map of 4096 x 4096, and 48 MiB
 /// of walls, or a keyframe of a million objects.
 pub const FRAME_FROM_SERVER_MAX: usize = 64 * 1024 * 1024;

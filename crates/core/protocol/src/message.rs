@@ -153,6 +153,16 @@ pub enum ServerMessage {
         /// By seat the token that opens it; none where all are open.
         tokens: Vec<String>,
     },
+    /// The client is too far behind for deltas: it drops its view, and starts anew with one that is empty but for the terrain of
+    /// the welcome. The delta that follows is a keyframe.
+    Keyframe {},
+    /// The client broke a rule, and what it said was dropped; the connection goes on.
+    Warned {
+        /// Which rule.
+        reason: Refused,
+        /// How often it may still do so; the time after that is the last, and closes the connection.
+        left: u32,
+    },
 }
 
 impl ServerMessage {
@@ -168,6 +178,8 @@ impl ServerMessage {
             Self::Paused { .. } => "a pause",
             Self::Matches { .. } => "a list of matches",
             Self::Created { .. } => "a new match",
+            Self::Keyframe {} => "the announcement of a keyframe",
+            Self::Warned { .. } => "a warning",
         }
     }
 }

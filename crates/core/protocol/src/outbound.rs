@@ -1,12 +1,13 @@
 //! What goes out to one connection, in its encoding.
 
-use maniple_view::Rules;
+use maniple_view::{Delta, Rules};
 
 use crate::encoding::{EncodeError, Encoding, encode_server};
 use crate::message::ServerMessage;
 use crate::packed::Packer;
 
-/// Turns the messages to one client into bytes, and its deltas into packed ones if it reads binary frames.
+/// Turns the messages to one client, or the deltas to all who watch one view in one encoding, into bytes: deltas into packed ones
+/// where binary frames are read.
 #[derive(Clone, Debug)]
 pub struct Outbound {
     encoding: Encoding,
@@ -21,10 +22,12 @@ impl Outbound {
         Self { encoding, packer: None }
     }
 
-    /// Returns the state of a binary connection whose welcome was said, and no delta yet.
+    /// Returns the state of a connection whose welcome was said, and no delta yet.
     #[must_use]
-    pub fn for_deltas(rules: &Rules) -> Self {
-        Self { encoding: Encoding::Binary, packer: Some(Packer::new(rules)) }
+    pub fn for_deltas(encoding: Encoding, rules: &Rules) -> Self {
+        let mut outbound = Self::new(encoding);
+        outbound.expect_deltas(rules);
+        outbound
     }
 
     /// Returns the whole frame or line of the next message. A delta that cannot be sent is lost, and with it the connection.
@@ -46,6 +49,27 @@ impl Outbound {
         }
     }
 
+    /// Returns the whole frame or line of a merged delta, for who has missed some of the deltas so far, up to the last.
+    ///
+    /// # Errors
+    /// As [`Self::encode`].
+    ///
+    /// # Panics
+    /// If the merged delta does not end with the last delta.
+    pub fn encode_merged(&self, merged: Delta) -> Result<Vec<u8>, EncodeError> {
+        let message = match &self.packer {
+            Some(packer) => ServerMessage::Packed(packer.pack_merged(&merged)),
+            None => ServerMessage::Delta(merged),
+        };
+        encode_server(self.encoding, &message)
+    }
+
+    /// Returns the encoding.
+    #[must_use]
+    pub fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
     fn expect_deltas(&mut self, rules: &Rules) {
         self.packer = match self.encoding {
             Encoding::Binary => Some(Packer::new(rules)),
@@ -56,7 +80,7 @@ impl Outbound {
 
 #[cfg(test)]
 mod tests {
-    use maniple_view::{Delta, View};
+    use maniple_view::View;
 
     use super::*;
     use crate::arbitrary::Random;

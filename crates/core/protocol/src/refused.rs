@@ -124,4 +124,10 @@ pub enum Refused {
     /// Whoever runs the server wants it so.
     #[error("whoever runs the server has closed this connection, or ended this match; ask them")]
     Operator,
+    /// More commands than may wait for a cycle.
+    #[error("at most {limit} commands of a seat may wait for a cycle; send fewer")]
+    TooManyCommands {
+        /// The largest number.
+        limit: u32,
+    },
 }

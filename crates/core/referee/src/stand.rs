@@ -11,12 +11,6 @@ use thiserror::Error;
 /// in every one of 240 cycles come to 300,000 in three views.
 pub const HELD_ENTRIES_MAX: usize = 1 << 22;
 
-/// The lists of a delta that holds nothing, in entries.
-const ENTRIES_OF_NOTHING: usize = 6;
-
-/// Tiles in a row that count as one entry.
-const TILES_OF_AN_ENTRY: usize = 64;
-
 /// Why a view cannot be watched.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 pub enum WatchError {
@@ -61,7 +55,7 @@ impl Stand {
     /// are held more, and those that are held no more.
     fn push(&mut self, delta: Delta) -> (usize, usize) {
         self.shown.clear();
-        let more = entries(&delta);
+        let more = delta.entries();
         self.held.push_back(delta);
         let less = if self.held.len() > self.delay { self.show_next() } else { 0 };
         (more, less)
@@ -80,7 +74,7 @@ impl Stand {
         let applied = self.view.apply(&delta);
         assert_eq!(applied, Ok(()), "what is held back fits the view that stands back");
         self.has_begun = true;
-        let entries = entries(&delta);
+        let entries = delta.entries();
         self.shown.push(delta);
         entries
     }
@@ -176,24 +170,6 @@ impl Stands {
     }
 }
 
-/// Returns how many entries a delta has in its lists.
-fn entries(delta: &Delta) -> usize {
-    let tiles: usize = delta.revealed.iter().map(|(.., tiles)| 1 + tiles.len() / TILES_OF_AN_ENTRY).sum();
-    ENTRIES_OF_NOTHING
-        + delta.results.len()
-        + delta.sight.len()
-        + tiles
-        + delta.walls.len()
-        + delta.appeared.len()
-        + delta.moved.len()
-        + delta.stopped.len()
-        + delta.vanished.len()
-        + delta.died.len()
-        + delta.changed.len()
-        + delta.shots.len()
-        + delta.ended.len()
-}
-
 #[cfg(test)]
 mod tests {
     use maniple_view::Seat;
@@ -240,7 +216,7 @@ mod tests {
         for cycle in 1..50 {
             stands.push(VANTAGE, || empty(cycle));
         }
-        assert_eq!(stands.held, 3 * ENTRIES_OF_NOTHING);
+        assert_eq!(stands.held, 3 * empty(0).entries());
     }
 
     fn stands(delay: u32) -> Stands {

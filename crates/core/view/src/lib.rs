@@ -6,6 +6,7 @@ mod delta;
 mod fnv;
 mod ground;
 mod identity;
+mod merge;
 mod outcome;
 mod profile;
 mod rules;
@@ -20,6 +21,7 @@ pub use base::{Base, DEVIATION_MAX, DEVIATION_SKINS_MAX};
 pub use command::{COMMANDS_A_CYCLE_MAX, Command, Sequenced, Start, WAYPOINTS_MAX, Waypoint};
 pub use delta::{Appeared, Changed, Delta, Ended, Moved, Shot, Stopped};
 pub use identity::{Digest, Handle, Seat, UnitTypeId};
+pub use merge::Merge;
 pub use outcome::{CommandResult, EndReason, MatchResult, Outcome, Refusal, Score, StopReason, Tally};
 pub use profile::{
     GRID_BITS_MAX, GRID_FRACTIONS, Positions, Profile, SKIN_MAX, SUBSTEPS_MAX, Scalar, Solver, VELOCITY_BITS,

@@ -106,6 +106,9 @@ pub struct Tracker {
     tracked: BTreeMap<ObjectId, Tracked>,
     /// The objects in the view.
     seen: BTreeMap<Handle, ObjectId>,
+    /// Those of them that are the seat's: a map of their own, so that a handle of another's object is looked for as one that never was,
+    /// with the same steps.
+    owned: BTreeMap<Handle, ObjectId>,
     /// The handles of those that went out of sight, where they will be known again.
     remembered: BTreeMap<ObjectId, Handle>,
     view: View,
@@ -128,6 +131,7 @@ impl Tracker {
             next_handle: 0,
             tracked: BTreeMap::new(),
             seen: BTreeMap::new(),
+            owned: BTreeMap::new(),
             remembered: BTreeMap::new(),
             view,
         }
@@ -177,14 +181,12 @@ impl Tracker {
     /// Returns the object of the seat with this handle; `None` for all others, whatever the reason.
     #[must_use]
     pub fn own(&self, handle: Handle) -> Option<ObjectId> {
-        let seen = self.view.object(handle)?;
-        if self.eyes.vantage.owns(seen.owner) { self.seen.get(&handle).copied() } else { None }
+        self.owned.get(&handle).copied()
     }
 
     /// Returns the object in the view with this handle; `None` where it holds none.
     #[must_use]
     pub fn seen(&self, handle: Handle) -> Option<ObjectId> {
-        self.view.object(handle)?;
         self.seen.get(&handle).copied()
     }
 
@@ -202,6 +204,7 @@ impl Tracker {
         for object in gone {
             let Some(tracked) = self.tracked.remove(&object) else { continue };
             self.seen.remove(&tracked.handle);
+            self.owned.remove(&tracked.handle);
             if died.contains(&object) {
                 delta.died.push(tracked.handle);
                 continue;
@@ -237,6 +240,9 @@ impl Tracker {
             });
             let own = self.eyes.vantage.owns(sighting.owner);
             self.seen.insert(handle, sighting.object);
+            if own {
+                self.owned.insert(handle, sighting.object);
+            }
             let Sighting { status, own: known, .. } = *sighting;
             let tracked =
                 Tracked { handle, truth: sighting.base, told: base, status, own: known, is_own: own };
@@ -440,6 +446,27 @@ mod tests {
             }
             assert_eq!(appeared, expected, "{identity:?}");
         }
+    }
+
+    #[test]
+    fn a_handle_of_anothers_object_is_looked_for_as_one_that_never_was() {
+        let mut tracker = Tracker::new(Seat(0), SKIN, Positions::Exact, View::default());
+        let at = |object, owner, y| Sighting {
+            object: ObjectId(object),
+            ..sighting(Seat(owner), base(DVec2::new(1.0, y), 0, 0.0, DVec2::ZERO))
+        };
+        // Own, another's, another's that goes out of sight, own that dies.
+        let all = [at(9, 0, 1.0), at(8, 1, 2.0), at(7, 1, 3.0), at(6, 0, 4.0)];
+        tracker.update(Cycle(0), seeing(&all), vec![]);
+        let died = [ObjectId(6)];
+        tracker.update(Cycle(1), Observation { died: &died, ..seeing(&all[..2]) }, vec![]);
+        let found: Vec<_> = (0..6).map(|handle| tracker.own(Handle(handle))).collect();
+        assert_eq!(found, [Some(ObjectId(9)), None, None, None, None, None]);
+        let found: Vec<_> = (0..6).map(|handle| tracker.seen(Handle(handle))).collect();
+        assert_eq!(found, [Some(ObjectId(9)), Some(ObjectId(8)), None, None, None, None]);
+        // One search each, in maps that hold nothing but what is found: there is no other step that could tell them apart.
+        assert_eq!(tracker.owned.keys().collect::<Vec<_>>(), [&Handle(0)]);
+        assert_eq!(tracker.seen.keys().collect::<Vec<_>>(), [&Handle(0), &Handle(1)]);
     }
 
     #[test]

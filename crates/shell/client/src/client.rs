@@ -132,7 +132,7 @@ impl Client {
                     }
                     self.connection.write(&bytes).await?;
                 }
-                Event::Pong { .. } | Event::Paused { .. } => {}
+                Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
                 Event::Ended(result) => return Ok(result),
             }
         }

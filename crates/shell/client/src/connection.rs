@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use maniple_protocol::{
-    ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, ServerMessage, Welcome, decode_server,
-    encode_client,
+    ClientMessage, Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, Refused, ServerMessage, Welcome,
+    decode_server, encode_client,
 };
 use maniple_view::{Delta, MatchResult, Seat, View};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -18,7 +18,8 @@ const READ_SIZE: usize = 16 * 1024;
 /// What the server said.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
-    /// A cycle has passed: the delta has been applied to the view, and the views of both sides are the same.
+    /// A cycle has passed, or several for who is too slow for each: the delta has been applied to the view, and the views of both
+    /// sides are the same. Who is too far behind for that gets a new view: then the delta is a keyframe.
     Cycle(Box<Delta>),
     /// The answer to a ping.
     Pong {
@@ -35,6 +36,13 @@ pub enum Event {
         seats: Vec<Seat>,
         /// Whether the clock stands still.
         on: bool,
+    },
+    /// The client broke a rule, and what it said was dropped.
+    Warned {
+        /// Which rule.
+        reason: Refused,
+        /// How often it may still do so.
+        left: u32,
     },
     /// The match has ended; nothing comes after.
     Ended(MatchResult),
@@ -118,6 +126,8 @@ pub(crate) struct Connection {
     talk: Talk,
     pub(crate) welcome: Welcome,
     pub(crate) view: View,
+    /// The view with which who comes begins.
+    beginning: View,
 }
 
 impl Connection {
@@ -141,12 +151,18 @@ impl Connection {
         let name = answer.name();
         let ServerMessage::Welcome(welcome) = answer else { return Err(unexpected(name, "the welcome")) };
         let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
-        Ok(Self { talk, welcome, view })
+        Ok(Self { talk, welcome, beginning: view.clone(), view })
     }
 
     /// Waits for what the server says next. Can be given up and called again: nothing is lost.
     pub(crate) async fn next(&mut self) -> Result<Event, ClientError> {
-        match self.talk.next().await? {
+        let mut message = self.talk.next().await?;
+        if let ServerMessage::Keyframe {} = message {
+            // Nothing is to be told before the keyframe has come.
+            self.view = self.beginning.clone();
+            message = self.talk.next().await?;
+        }
+        match message {
             ServerMessage::Delta(delta) => self.take_in(delta),
             ServerMessage::Packed(packed) => {
                 let delta = packed.unpack(&self.view, &self.welcome.rules)?;
@@ -156,7 +172,9 @@ impl Connection {
             ServerMessage::Pong { id, cycle, fraction } => Ok(Event::Pong { id, cycle: cycle.0, fraction }),
             ServerMessage::Paused { seats, on } => Ok(Event::Paused { seats, on }),
             ServerMessage::Refused { reason } => Err(ClientError::Refused(reason)),
+            ServerMessage::Warned { reason, left } => Ok(Event::Warned { reason, left }),
             other @ (ServerMessage::Welcome(_)
+            | ServerMessage::Keyframe {}
             | ServerMessage::Matches { .. }
             | ServerMessage::Created { .. }) => Err(unexpected(other.name(), "a delta")),
         }

@@ -14,8 +14,10 @@ use tokio_util::sync::CancellationToken;
 
 use crate::bans::Bans;
 use crate::doors::Doors;
-use crate::link::{FLUSH_TIMEOUT, Link};
+use crate::link::Link;
 use crate::lobby::{ASKS_MAX, Lobby};
+use crate::queue::FLUSH_TIMEOUT;
+use crate::reading::read;
 use crate::simulation::{Event, Mailbox};
 
 /// Time for the hello; a client sends it at once.
@@ -46,16 +48,13 @@ pub const DISCARD_SILENCE: Duration = Duration::from_secs(3);
 /// less than one can send.
 pub const DISCARD_BYTES_MAX: usize = 4 << 20;
 
-/// Bytes that are read at once: half of the largest message, which is rare.
-const READ_SIZE: usize = 8 * 1024;
-
 /// What bytes come and go through: a TCP connection, also an encrypted one, or, in tests, a simulated one.
 pub trait Stream: AsyncRead + AsyncWrite + Unpin + Send + 'static {}
 
 impl<S: AsyncRead + AsyncWrite + Unpin + Send + 'static> Stream for S {}
 
 /// A connection of the server, counted in the order in which they came.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct ConnectionId(pub(crate) u64);
 
 /// The way into a match.
@@ -87,7 +86,7 @@ pub(crate) async fn serve<S: Stream>(stream: S, reception: Reception) -> Option<
     let Reception { connection, peer, .. } = reception;
     tracing::debug!(connection = connection.0, %peer, "connected");
     let (half, mut writer) = split(stream);
-    let mut reader = Reader { half, inbound: Inbound::new(), buffer: vec![0; READ_SIZE] };
+    let mut reader = Reader { half, inbound: Inbound::new() };
     match greet(&mut reader, &mut writer, &reception).await {
         Greeting::Opened(opening, gate) => {
             let attended = attend(&mut reader, &mut writer, opening, connection, &gate);
@@ -124,7 +123,7 @@ pub(crate) async fn turn_away(mut stream: impl Stream, reason: Refused) {
     refuse(&mut stream, encoding, reason).await;
     // It is closed in any case.
     let _ = stream.shutdown().await;
-    let _ = timeout(TURN_AWAY_TIMEOUT, discard(&mut stream, &mut [0; 512])).await;
+    let _ = timeout(TURN_AWAY_TIMEOUT, discard(&mut stream)).await;
 }
 
 /// A connection that has been told all, and is given the time to take it.
@@ -194,7 +193,11 @@ async fn greet<S: Stream>(
             Ok(Ok(Some(Input::Create(create)))) => reception.lobby.create(create, reception.peer.ip()).await,
             Ok(Ok(Some(Input::Violation(reason)))) => Err(reason),
             Ok(Ok(Some(
-                Input::Commands { .. } | Input::Done { .. } | Input::Ping { .. } | Input::Pause { .. },
+                Input::Commands { .. }
+                | Input::Done { .. }
+                | Input::Ping { .. }
+                | Input::Pause { .. }
+                | Input::Dropped(_),
             ))) => Err(Refused::Handshake),
         };
         match answer {
@@ -283,7 +286,6 @@ async fn write(writer: &mut (impl AsyncWrite + Unpin), bytes: &[u8]) -> io::Resu
 struct Reader<S> {
     half: ReadHalf<S>,
     inbound: Inbound,
-    buffer: Vec<u8>,
 }
 
 impl<S: Stream> Reader<S> {
@@ -293,11 +295,10 @@ impl<S: Stream> Reader<S> {
             if let Some(input) = self.inbound.poll() {
                 return Ok(Some(input));
             }
-            let count = self.half.read(&mut self.buffer).await?;
-            if count == 0 {
+            let inbound = &mut self.inbound;
+            if read(&mut self.half, |bytes| inbound.handle_bytes(bytes)).await? == 0 {
                 return Ok(None);
             }
-            self.inbound.handle_bytes(&self.buffer[..count]);
         }
     }
 
@@ -315,23 +316,23 @@ impl<S: Stream> Reader<S> {
     }
 
     async fn discard(&mut self) {
-        discard(&mut self.half, &mut self.buffer).await;
+        discard(&mut self.half).await;
     }
 }
 
 /// Reads and drops what comes until the end, or one of the limits.
-async fn discard(half: &mut (impl AsyncRead + Unpin), buffer: &mut [u8]) {
-    let read = async {
+async fn discard(half: &mut (impl AsyncRead + Unpin)) {
+    let read_all = async {
         let mut left = DISCARD_BYTES_MAX;
         while left > 0 {
-            match timeout(DISCARD_SILENCE, half.read(buffer)).await {
+            match timeout(DISCARD_SILENCE, read(half, |_| {})).await {
                 Ok(Ok(count @ 1..)) => left = left.saturating_sub(count),
                 Ok(Ok(0) | Err(_)) | Err(_) => return,
             }
         }
     };
     // In time or not, it is over.
-    let _ = timeout(DISCARD_TIMEOUT, read).await;
+    let _ = timeout(DISCARD_TIMEOUT, read_all).await;
 }
 
 #[cfg(test)]
@@ -374,7 +375,7 @@ mod tests {
     /// Returns how long a connection was read from.
     async fn discarded(mut half: impl AsyncRead + Unpin) -> Duration {
         let start = Instant::now();
-        discard(&mut half, &mut [0; 64]).await;
+        discard(&mut half).await;
         start.elapsed()
     }
 }

@@ -7,12 +7,16 @@ use maniple_view::Seat;
 use tokio::sync::{Mutex, Semaphore};
 use tokio::time::{Instant, sleep_until};
 
-use crate::audience::{SPECTATORS_MAX, spectators_full};
+use crate::audience::spectators_full;
 use crate::token::Token;
 
 /// Least time between two players at one door. A welcome holds the whole terrain, so whoever came again and again with
 /// a good token would hold up the cycles of all.
 pub const JOIN_INTERVAL: Duration = Duration::from_millis(200);
+
+/// Least time between two spectators of a match. Who comes in the same cycle gets the same bytes, so it is their number alone that must
+/// not hold up a cycle: a thousand a second take a few milliseconds of it.
+pub const WATCH_INTERVAL: Duration = Duration::from_millis(1);
 
 /// Who may take a seat.
 #[derive(Clone, Copy, Debug)]
@@ -33,11 +37,12 @@ pub(crate) struct Doors {
     to_watch: Mutex<Instant>,
     /// Room for spectators who wait: without a limit they could take the connections of players.
     waiting_room: Semaphore,
+    spectators_max: usize,
 }
 
 impl Doors {
-    /// Returns the doors to seats with these rights of access.
-    pub(crate) fn new(access: Vec<Access>) -> Self {
+    /// Returns the doors to seats with these rights of access, and for so many spectators.
+    pub(crate) fn new(access: Vec<Access>, spectators_max: usize) -> Self {
         let now = || Mutex::new(Instant::now());
         let with_token = access.iter().map(|_| now()).collect();
         Self {
@@ -45,7 +50,8 @@ impl Doors {
             with_token,
             without_token: now(),
             to_watch: now(),
-            waiting_room: Semaphore::new(SPECTATORS_MAX),
+            waiting_room: Semaphore::new(spectators_max),
+            spectators_max,
         }
     }
 
@@ -59,7 +65,7 @@ impl Doors {
         } else {
             return;
         };
-        go_through(door).await;
+        go_through(door, JOIN_INTERVAL).await;
     }
 
     /// Waits until a spectator may go on: in the order in which they came.
@@ -67,8 +73,10 @@ impl Doors {
     /// # Errors
     /// As many as can watch wait already.
     pub(crate) async fn wait_turn_to_watch(&self) -> Result<(), Refused> {
-        let Ok(_place) = self.waiting_room.try_acquire() else { return Err(spectators_full()) };
-        go_through(&self.to_watch).await;
+        let Ok(_place) = self.waiting_room.try_acquire() else {
+            return Err(spectators_full(self.spectators_max));
+        };
+        go_through(&self.to_watch, WATCH_INTERVAL).await;
         Ok(())
     }
 
@@ -99,17 +107,22 @@ impl Doors {
         self.seats().zip(&self.access).filter(move |(_, access)| is_open(access)).map(|(seat, _)| seat)
     }
 
+    /// Returns how many may watch at the same time.
+    pub(crate) fn spectators_max(&self) -> usize {
+        self.spectators_max
+    }
+
     /// Returns all seats.
     pub(crate) fn seats(&self) -> impl Iterator<Item = Seat> + use<> {
         (0..).map(Seat).take(self.access.len())
     }
 }
 
-/// Waits until the door is free, and keeps it shut behind for [`JOIN_INTERVAL`].
-async fn go_through(door: &Mutex<Instant>) {
+/// Waits until the door is free, and keeps it shut behind for a while.
+async fn go_through(door: &Mutex<Instant>, interval: Duration) {
     let mut free_at = door.lock().await;
     sleep_until(*free_at).await;
-    *free_at = Instant::now() + JOIN_INTERVAL;
+    *free_at = Instant::now() + interval;
 }
 
 #[cfg(test)]
@@ -123,7 +136,7 @@ mod tests {
     #[test]
     fn a_token_opens_its_seat() {
         let (a, b) = (Token::random().unwrap(), Token::random().unwrap());
-        let doors = Doors::new(vec![Access::Token(a), Access::Open, Access::Token(b)]);
+        let doors = Doors::new(vec![Access::Token(a), Access::Open, Access::Token(b)], 8);
         assert_eq!(doors.seat_of_token(&a.to_string()), Ok(Seat(0)));
         assert_eq!(doors.seat_of_token(&b.to_string()), Ok(Seat(2)));
         for token in [Token::random().unwrap().to_string(), "nonsense".to_owned(), String::new()] {
@@ -135,7 +148,7 @@ mod tests {
     #[tokio::test(start_paused = true)]
     async fn a_door_lets_one_through_at_a_time_and_does_not_hold_up_another() {
         let (a, b) = (Token::random().unwrap(), Token::random().unwrap());
-        let doors = Doors::new(vec![Access::Token(a), Access::Token(b)]);
+        let doors = Doors::new(vec![Access::Token(a), Access::Token(b)], 8);
         let start = Instant::now();
         for turn in 0..3 {
             doors.wait_turn(&a.to_string()).await;
@@ -151,15 +164,15 @@ mod tests {
         assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
         assert_eq!(start.elapsed(), before);
         assert_eq!(doors.wait_turn_to_watch().await, Ok(()));
-        assert_eq!(start.elapsed(), before + JOIN_INTERVAL, "spectators have one door");
+        assert_eq!(start.elapsed(), before + WATCH_INTERVAL, "spectators have one door");
     }
 
     #[tokio::test(start_paused = true)]
     async fn no_more_spectators_wait_than_may_watch() {
-        let doors = Arc::new(Doors::new(vec![Access::Open]));
+        let doors = Arc::new(Doors::new(vec![Access::Open], 8));
         assert_eq!(doors.wait_turn_to_watch().await, Ok(()), "the door shuts behind the first");
         let mut waiting = JoinSet::new();
-        for _ in 0..SPECTATORS_MAX + 3 {
+        for _ in 0..8 + 3 {
             let doors = Arc::clone(&doors);
             waiting.spawn(async move { doors.wait_turn_to_watch().await });
         }

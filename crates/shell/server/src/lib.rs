@@ -18,10 +18,13 @@ mod occupancy;
 pub mod operation;
 mod pace;
 mod pool;
+mod queue;
+mod reading;
 mod recording;
 mod server;
 pub mod settings;
 mod simulation;
+mod socket;
 mod table;
 pub mod tls;
 mod token;
@@ -32,14 +35,17 @@ pub use connection::{
     DISCARD_BYTES_MAX, DISCARD_SILENCE, DISCARD_TIMEOUT, HELLO_TIMEOUT, IN_FLIGHT_MAX,
     SPECTATOR_IN_FLIGHT_MAX, Stream, TURN_AWAY_TIMEOUT,
 };
-pub use doors::{Access, JOIN_INTERVAL};
+pub use doors::{Access, JOIN_INTERVAL, WATCH_INTERVAL};
 pub use journal::{JournalError, Journals, Resumed, SYNC_INTERVAL};
 pub use limits::Limits;
-pub use link::{FLUSH_TIMEOUT, OUT_QUEUE_MAX};
+pub use link::VIOLATIONS_MAX;
 pub use lobby::{ASKS_MAX, Lobby, Offer};
 pub use matches::{Match, MatchError, RunError};
 pub use pace::LATE_PERIODS_MAX;
+pub use queue::{CONTROLS_WAITING_MAX, FLUSH_TIMEOUT};
 pub use recording::{BUILD, Recording, RecordingError, StartError, events, files, loaded, overrides};
-pub use server::{House, SEND_BUFFER_SIZE, Server};
+pub use server::{House, Server};
 pub use simulation::{EVENTS_BEFORE_STEP_MAX, RETURN_TIMEOUT};
+pub use socket::{SEND_BUFFER_SIZE, UNSENT_MAX};
+pub use table::NEWS_WAITING_MAX;
 pub use token::{Token, TokenError};

@@ -1,91 +1,110 @@
-//! What goes out to one connection.
+//! The way from the simulation to a connection.
 
-use std::io;
-use std::time::Duration;
+use maniple_geometry::Cycle;
+use maniple_protocol::{
+    EncodeError, Encoding, Lag, Refused, ServerMessage, SharedBytes, Turn, encode_server,
+};
 
-use bytes::Bytes;
-use maniple_protocol::{EncodeError, Encoding, Outbound, Refused, ServerMessage};
-use maniple_view::Delta;
-use tokio::io::{AsyncWrite, AsyncWriteExt};
-use tokio::sync::mpsc;
-use tokio::sync::mpsc::error::TrySendError;
-use tokio_util::sync::{CancellationToken, DropGuard};
+use crate::queue::{FullError, Outbox, Queue, queue};
 
-/// Messages that wait for a connection: a minute of deltas at 8 cycles a second. A client that is further behind than
-/// this, and than the send buffer of its socket, shows a game that is long over.
-pub const OUT_QUEUE_MAX: usize = 512;
+/// Rules that a client may break before its connection is closed, where what it said can be dropped: a mistake that a program
+/// makes now and then should not cost it a match.
+pub const VIOLATIONS_MAX: u32 = 2;
 
-/// Time for what is left of the queue after the last message. A client that is alive takes it in far less.
-pub const FLUSH_TIMEOUT: Duration = Duration::from_secs(5);
-
-/// The simulation's end of a connection. It never waits; dropping it closes the connection.
+/// The simulation's end of a connection: it knows how far behind the client is. It never waits; dropping it closes the connection.
 #[derive(Debug)]
 pub(crate) struct Link {
-    outbound: Outbound,
-    queue: mpsc::Sender<Bytes>,
-    /// Room for the last message, so that a full queue does not keep the client from being told.
-    farewell: mpsc::OwnedPermit<Bytes>,
-    _closing: DropGuard,
-}
-
-/// The connection's end.
-#[derive(Debug)]
-pub(crate) struct Outbox {
-    queue: mpsc::Receiver<Bytes>,
-    closing: CancellationToken,
+    encoding: Encoding,
+    queue: Queue,
+    lag: Lag,
+    violations: u32,
 }
 
 impl Link {
     /// Returns both ends.
     pub(crate) fn new(encoding: Encoding) -> (Self, Outbox) {
-        let (queue, receiver) = mpsc::channel(OUT_QUEUE_MAX + 1);
-        let farewell = queue.clone().try_reserve_owned().expect("a new queue has room");
-        let closing = CancellationToken::new();
-        let guard = closing.clone().drop_guard();
-        let outbound = Outbound::new(encoding);
-        (Self { outbound, queue, farewell, _closing: guard }, Outbox { queue: receiver, closing })
+        let (queue, outbox) = queue();
+        (Self { encoding, queue, lag: Lag::default(), violations: 0 }, outbox)
     }
 
-    /// Queues a message. Into a connection that has gone it is lost: that this is so is told by its reader.
+    /// Returns how the client's messages are written.
+    pub(crate) fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// Queues welcome and keyframe, which goes up to cycle `told`; `None`: there is no keyframe yet.
+    pub(crate) fn begin(&mut self, bytes: SharedBytes, told: Option<Cycle>) {
+        self.queue.push_beginning(bytes);
+        if let Some(cycle) = told {
+            self.lag.handle_sent(cycle);
+        }
+    }
+
+    /// Queues a message that is no delta: for a client that lags before those that wait.
     ///
     /// # Errors
     /// Why the connection has to be closed: it is too slow, or nobody could take this message.
     pub(crate) fn push(&mut self, message: &ServerMessage) -> Result<(), Refused> {
-        let bytes = self.outbound.encode(message).map_err(|error| unsendable(&error))?;
-        self.queue(bytes)
+        let bytes = encode_server(self.encoding, message).map_err(|error| unsendable(&error))?.into();
+        let pushed =
+            if self.lag.is_behind() { self.queue.push_urgent(bytes) } else { self.queue.push_control(bytes) };
+        pushed.map_err(|FullError| Refused::TooSlow)
     }
 
-    /// Queues deltas in one piece, which counts as one message: they may be more than may wait.
+    /// Queues what tells the client all up to a cycle.
+    pub(crate) fn push_delta(&mut self, bytes: SharedBytes, cycle: Cycle) {
+        self.queue.push_delta(bytes);
+        self.lag.handle_sent(cycle);
+    }
+
+    /// Returns what is to be done with what it was not told up to cycle `now`.
+    pub(crate) fn turn(&mut self, now: Cycle) -> Turn {
+        self.lag.poll(now, self.queue.untaken())
+    }
+
+    /// Returns up to which cycle it was told; `None`: nothing.
+    pub(crate) fn told(&self) -> Option<Cycle> {
+        self.lag.sent()
+    }
+
+    /// Takes that the client is done with a delta.
+    pub(crate) fn handle_done(&mut self, cycle: Cycle) {
+        self.lag.handle_done(cycle);
+    }
+
+    /// Takes that commands came in cycle `now`, decided on a view of cycle `seen`.
+    pub(crate) fn handle_commands(&mut self, now: Cycle, seen: Cycle) {
+        self.lag.handle_commands(now, seen);
+    }
+
+    /// Takes that what the client said was dropped, and warns it.
     ///
     /// # Errors
-    /// As [`Self::push`].
-    pub(crate) fn push_deltas(&mut self, deltas: &[Delta]) -> Result<(), Refused> {
-        let mut bytes = Vec::new();
-        for delta in deltas {
-            let message = ServerMessage::Delta(delta.clone());
-            bytes.extend(self.outbound.encode(&message).map_err(|error| unsendable(&error))?);
+    /// Why the connection has to be closed: that was once too often, or it is too slow.
+    pub(crate) fn handle_violation(&mut self, reason: Refused) -> Result<(), Refused> {
+        if self.violations == VIOLATIONS_MAX {
+            return Err(reason);
         }
-        if bytes.is_empty() { Ok(()) } else { self.queue(bytes) }
-    }
-
-    fn queue(&self, bytes: Vec<u8>) -> Result<(), Refused> {
-        match self.queue.try_send(bytes.into()) {
-            Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),
-            Err(TrySendError::Full(_)) => Err(Refused::TooSlow),
-        }
+        self.violations += 1;
+        self.push(&ServerMessage::Warned { reason, left: VIOLATIONS_MAX - self.violations })
     }
 
     /// Returns how many messages wait for the connection to take them.
     pub(crate) fn waiting(&self) -> usize {
-        // One place is kept for the last message.
-        self.queue.max_capacity() - 1 - self.queue.capacity()
+        self.queue.waiting()
     }
 
-    /// Queues the last message and closes the connection behind it.
-    pub(crate) fn close(mut self, last: &ServerMessage) {
-        match self.outbound.encode(last) {
-            Ok(bytes) => drop(self.farewell.send(bytes.into())),
-            Err(error) => tracing::error!(%error, "the last message cannot be sent"),
+    /// Queues the last message and closes the connection behind it. Who lags is told at once why it is closed: the deltas that wait are
+    /// of no use to it.
+    pub(crate) fn close(self, last: &ServerMessage) {
+        let bytes: SharedBytes = match encode_server(self.encoding, last) {
+            Ok(bytes) => bytes.into(),
+            Err(error) => return tracing::error!(%error, "the last message cannot be sent"),
+        };
+        if self.lag.is_behind() && matches!(last, ServerMessage::Refused { .. }) {
+            self.queue.cut_short(bytes);
+        } else {
+            self.queue.close(bytes);
         }
     }
 
@@ -95,82 +114,69 @@ impl Link {
     }
 }
 
-impl Outbox {
-    /// Writes what comes until the other end is closed and all is written, or [`FLUSH_TIMEOUT`] has passed since.
-    ///
-    /// # Errors
-    /// A connection that is broken, or does not take the rest in time.
-    pub(crate) async fn write_to(mut self, writer: &mut (impl AsyncWrite + Unpin)) -> io::Result<()> {
-        let closing = self.closing.clone();
-        let write = async {
-            while let Some(bytes) = self.queue.recv().await {
-                writer.write_all(&bytes).await?;
-                // What is encrypted would wait in a buffer for more.
-                writer.flush().await?;
-            }
-            Ok(())
-        };
-        let deadline = async {
-            closing.cancelled().await;
-            tokio::time::sleep(FLUSH_TIMEOUT).await;
-        };
-        tokio::select! {
-            biased;
-            result = write => result,
-            () = deadline => Err(io::ErrorKind::TimedOut.into()),
-        }
-    }
-}
-
 /// Returns why a connection is closed to which a message cannot be written.
-fn unsendable(error: &EncodeError) -> Refused {
+pub(crate) fn unsendable(error: &EncodeError) -> Refused {
     tracing::error!(%error, "a message cannot be sent");
     Refused::Malformed { place: "a message to this client".to_owned(), problem: error.to_string() }
 }
 
 #[cfg(test)]
 mod tests {
-    use maniple_protocol::decode_server;
+    use maniple_protocol::{CYCLES_UNSEEN_MAX, decode_server};
 
     use super::*;
 
     #[tokio::test]
-    async fn a_full_queue_is_too_slow_and_the_client_is_told_at_the_end() {
-        let (mut link, outbox) = Link::new(Encoding::Json);
-        for id in (0..).take(OUT_QUEUE_MAX) {
-            link.push(&pong(id)).unwrap();
+    async fn who_lags_gets_what_is_no_delta_first_and_a_reason_in_the_place_of_deltas() {
+        let ended = include_bytes!("../../../../tests/golden/protocol/ended.json").trim_ascii_end();
+        let ended = decode_server(Encoding::Json, ended).unwrap();
+        let refused = ServerMessage::Refused { reason: Refused::TooSlow };
+        for (lags, last, expected) in [
+            (false, &ended, vec![None, None, Some(pong(7)), Some(ended.clone())]),
+            (false, &refused, vec![None, None, Some(pong(7)), Some(refused.clone())]),
+            (true, &ended, vec![Some(pong(7)), None, None, Some(ended.clone())]),
+            (true, &refused, vec![Some(pong(7)), Some(refused.clone())]),
+        ] {
+            let (mut link, outbox) = Link::new(Encoding::Json);
+            for cycle in [Cycle(0), Cycle(1)] {
+                assert_eq!(link.turn(cycle), Turn::Now);
+                link.push_delta(b"delta\n"[..].into(), cycle);
+            }
+            if lags {
+                link.handle_done(Cycle(0));
+                link.push_delta([][..].into(), Cycle(CYCLES_UNSEEN_MAX + 1));
+                assert_eq!(link.turn(Cycle(100)), Turn::Later);
+            }
+            link.push(&pong(7)).unwrap();
+            link.close(last);
+            let told = lines(outbox).await;
+            let told = told.iter().map(|line| decode_server(Encoding::Json, line.as_bytes()).ok());
+            assert_eq!(told.collect::<Vec<_>>(), expected, "{lags}");
         }
-        assert_eq!(link.push(&pong(0)), Err(Refused::TooSlow));
-        assert_eq!(link.waiting(), OUT_QUEUE_MAX);
-        link.refuse(Refused::TooSlow);
-        let mut written = Vec::new();
-        outbox.write_to(&mut written).await.unwrap();
-        let lines: Vec<&[u8]> = written.split(|&byte| byte == b'\n').collect();
-        assert_eq!(lines.len(), OUT_QUEUE_MAX + 2);
-        let last = decode_server(Encoding::Json, lines[OUT_QUEUE_MAX]).unwrap();
-        assert_eq!(last, ServerMessage::Refused { reason: Refused::TooSlow });
     }
 
     #[tokio::test]
-    async fn a_connection_that_takes_nothing_is_given_up() {
-        tokio::time::pause();
-        let (mut link, outbox) = Link::new(Encoding::Binary);
-        link.push(&pong(1)).unwrap();
-        link.refuse(Refused::Shutdown);
-        let (mut nearby, _far) = tokio::io::duplex(1);
-        let error = outbox.write_to(&mut nearby).await.unwrap_err();
-        assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+    async fn two_violations_are_warned_of_and_the_third_is_the_last() {
+        let (mut link, outbox) = Link::new(Encoding::Json);
+        let reason = Refused::TooLarge { limit: 7 };
+        for _ in 0..VIOLATIONS_MAX {
+            assert_eq!(link.handle_violation(reason.clone()), Ok(()));
+        }
+        assert_eq!(link.handle_violation(reason.clone()), Err(reason.clone()));
+        drop(link);
+        let told: Vec<_> =
+            lines(outbox).await.iter().map(|line| decode_server(Encoding::Json, line.as_bytes())).collect();
+        let warned = |left| Ok(ServerMessage::Warned { reason: reason.clone(), left });
+        assert_eq!(told, [warned(1), warned(0)]);
     }
 
-    #[test]
-    fn what_is_pushed_to_a_connection_that_has_gone_is_lost() {
-        let (mut link, outbox) = Link::new(Encoding::Binary);
-        drop(outbox);
-        assert_eq!(link.push(&pong(1)), Ok(()));
-        link.refuse(Refused::Shutdown);
+    async fn lines(outbox: Outbox) -> Vec<String> {
+        let mut written = Vec::new();
+        outbox.write_to(&mut written).await.unwrap();
+        String::from_utf8(written).unwrap().lines().map(str::to_owned).collect()
     }
 
     fn pong(id: u32) -> ServerMessage {
-        ServerMessage::Pong { id, cycle: Default::default(), fraction: 0.0 }
+        ServerMessage::Pong { id, cycle: Cycle(0), fraction: 0.0 }
     }
 }

@@ -169,7 +169,7 @@ impl Lobby {
         creator: Option<Place>,
         begin_within: Option<Duration>,
     ) -> Result<Opened, RunError> {
-        let Match { referee, id, access, beginning } = game;
+        let Match { referee, id, access, beginning, spectators_max } = game;
         let loaded = Notice::new(&referee, &access);
         let is_resumed = matches!(beginning, Beginning::Resumed(_));
         let recording = match (beginning, &self.journals) {
@@ -183,7 +183,7 @@ impl Lobby {
                 sink.map(begin).transpose()?
             }
         };
-        let doors = Arc::new(Doors::new(access));
+        let doors = Arc::new(Doors::new(access, spectators_max));
         let table = Table::new(Arc::clone(&doors));
         let (finished, outcome) = oneshot::channel();
         let occupancy = Arc::new(Occupancy::new(Arc::clone(&self.metrics)));

@@ -8,6 +8,7 @@ use maniple_referee::Referee;
 use maniple_view::{ClockMode, Digest, Seat};
 use thiserror::Error;
 
+use crate::audience::SPECTATORS_MAX;
 use crate::doors::Access;
 use crate::journal::{Journal, JournalError};
 use crate::recording::{Recording, RecordingError};
@@ -86,6 +87,7 @@ pub struct Match {
     pub(crate) id: Digest,
     pub(crate) access: Vec<Access>,
     pub(crate) beginning: Beginning,
+    pub(crate) spectators_max: usize,
 }
 
 /// A match that cannot be set up.
@@ -142,7 +144,8 @@ impl Match {
         getrandom::fill(&mut id)?;
         referee.open_stands();
         let id = Digest(u64::from_le_bytes(id));
-        Ok(Self { referee, id, access, beginning: Beginning::Fresh(None) })
+        let beginning = Beginning::Fresh(None);
+        Ok(Self { referee, id, access, beginning, spectators_max: SPECTATORS_MAX })
     }
 
     /// Returns a match that goes on where its recording ends; its players have to come back.
@@ -155,7 +158,8 @@ impl Match {
         for seat in (0..).map(Seat).take(referee.seats()) {
             referee.handle_leave(seat);
         }
-        Self { referee, id, access, beginning: Beginning::Resumed(recording) }
+        let beginning = Beginning::Resumed(recording);
+        Self { referee, id, access, beginning, spectators_max: SPECTATORS_MAX }
     }
 
     /// Lets the replay of the match go to `sink` as it is played; of a match that is broken off, up to there. The
@@ -164,6 +168,17 @@ impl Match {
     #[must_use]
     pub fn recorded_to(mut self, sink: impl Write + Send + 'static) -> Self {
         self.beginning = Beginning::Fresh(Some(Box::new(sink)));
+        self
+    }
+
+    /// Lets at most so many watch at the same time, and not [`SPECTATORS_MAX`].
+    ///
+    /// # Panics
+    /// For more than that.
+    #[must_use]
+    pub fn watched_by_at_most(mut self, spectators_max: usize) -> Self {
+        assert!(spectators_max <= SPECTATORS_MAX, "a match has a limit of spectators");
+        self.spectators_max = spectators_max;
         self
     }
 

@@ -24,11 +24,8 @@ use crate::lobby::{Lobby, Offer};
 use crate::matches::{Match, RunError};
 use crate::metrics::{Counted, Metrics};
 use crate::pool::Pool;
+use crate::socket::{set_connected, set_listening};
 use crate::tls::Tls;
-
-/// Bytes of a socket's send buffer. The system would let it grow to megabytes, which is a minute and more of deltas
-/// that a client has yet to see when it is found to be too slow.
-pub const SEND_BUFFER_SIZE: u32 = 64 * 1024;
 
 /// Connections that wait to be accepted.
 const BACKLOG: u32 = 1024;
@@ -206,7 +203,7 @@ impl Server {
         let socket = if listen.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
         #[cfg(unix)]
         socket.set_reuseaddr(true)?;
-        socket.set_send_buffer_size(SEND_BUFFER_SIZE)?;
+        set_listening(&socket)?;
         socket.bind(listen)?;
         Ok(Self { listener: socket.listen(BACKLOG)?, house })
     }
@@ -310,8 +307,8 @@ impl Server {
             let slot = slots.acquire_owned().await.expect("the semaphore is never closed");
             match self.listener.accept().await {
                 Ok((stream, peer)) => {
-                    if let Err(error) = stream.set_nodelay(true) {
-                        tracing::debug!(%peer, %error, "no TCP_NODELAY");
+                    if let Err(error) = set_connected(&stream) {
+                        tracing::debug!(%peer, %error, "the socket cannot be set");
                     }
                     return (stream, peer, slot);
                 }

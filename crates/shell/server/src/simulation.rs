@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::time::Duration;
 
 use maniple_protocol::{Hello, Input, Refused, ServerMessage, Watch, Welcome};
-use maniple_referee::{Paused, Referee, Stand};
+use maniple_referee::{Paused, QUEUED_MAX, Referee, Stand};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat, Vantage};
 use tokio::sync::{OwnedSemaphorePermit, oneshot};
 use tokio::time::Instant;
@@ -181,11 +181,12 @@ impl Simulation {
             played;
         let metrics = Arc::clone(occupancy.metrics());
         let return_within = is_resumed.then_some(RETURN_TIMEOUT);
+        let audience = Audience::new(table.spectators_max());
         Self {
             referee,
             match_id: id,
             table,
-            audience: Audience::default(),
+            audience,
             recording,
             events,
             start: Instant::now(),
@@ -433,8 +434,10 @@ impl Simulation {
             client = hello.client,
             "joined"
         );
-        self.send(seat, &ServerMessage::Welcome(self.welcome(Vantage::Seat(seat), None)));
-        self.send_delta(seat);
+        let welcome = self.welcome(Vantage::Seat(seat), None);
+        let keyframe = self.referee.take_delta(seat).expect("who has just joined gets a keyframe");
+        let welcomed = self.table.welcome(seat, welcome, keyframe);
+        self.check_sent(seat, welcomed);
         let pause = self.referee.pause();
         if pause.on || !pause.seats.is_empty() {
             self.send_pause(seat, pause);
@@ -444,12 +447,19 @@ impl Simulation {
     fn handle_input(&mut self, seat: Seat, input: Input) {
         match input {
             Input::Commands { seen_cycle, list } => {
-                if let Err(error) = self.referee.handle_commands(seat, seen_cycle, list) {
-                    let place = format!("cycle {}", error.cycle);
-                    self.remove(seat, Refused::Malformed { place, problem: error.to_string() });
+                self.table.handle_commands(seat, self.referee.cycle(), seen_cycle);
+                if self.referee.handle_commands(seat, seen_cycle, list).is_err() {
+                    let limit = u32::try_from(QUEUED_MAX).expect("the limit is below 2^32");
+                    self.warn(seat, Refused::TooManyCommands { limit });
                 }
+                self.catch_up(seat);
             }
-            Input::Done { cycle } => self.referee.handle_done(seat, cycle),
+            Input::Done { cycle } => {
+                self.referee.handle_done(seat, cycle);
+                self.table.handle_done(seat, cycle);
+                self.catch_up(seat);
+            }
+            Input::Dropped(reason) => self.warn(seat, reason),
             Input::Ping { id } => {
                 let (cycle, fraction) = (self.referee.cycle(), self.fraction());
                 self.send(seat, &ServerMessage::Pong { id, cycle, fraction });
@@ -513,12 +523,29 @@ impl Simulation {
             for result in &delta.results {
                 self.metrics.results.count(&result.outcome);
             }
-            self.send(seat, &ServerMessage::Delta(delta));
+            let sent = self.table.push_delta(seat, delta, || self.referee.keyframe(seat));
+            self.check_sent(seat, sent);
         }
     }
 
+    /// Tells a seat what it has missed, if it has caught up: in lock-step the next cycle may wait for it.
+    fn catch_up(&mut self, seat: Seat) {
+        let sent = self.table.catch_up(seat, || self.referee.keyframe(seat));
+        self.check_sent(seat, sent);
+    }
+
+    fn warn(&mut self, seat: Seat, reason: Refused) {
+        let warned = self.table.handle_violation(seat, reason);
+        self.check_sent(seat, warned);
+    }
+
     fn send(&mut self, seat: Seat, message: &ServerMessage) {
-        if let Err(reason) = self.table.push(seat, message) {
+        let sent = self.table.push(seat, message);
+        self.check_sent(seat, sent);
+    }
+
+    fn check_sent(&mut self, seat: Seat, sent: Result<(), Refused>) {
+        if let Err(reason) = sent {
             self.remove(seat, reason);
         }
     }
@@ -541,13 +568,9 @@ impl Simulation {
     /// Closes every connection behind a last message.
     fn close(&mut self, last: &ServerMessage) {
         for seat in self.table.seats() {
-            if let Some(link) = self.table.leave(seat) {
-                link.close(last);
-            }
+            self.table.close(seat, last, || self.referee.keyframe(seat));
         }
-        for link in self.audience.leave_all() {
-            link.close(last);
-        }
+        self.audience.close(last, &|vantage| self.referee.stand(vantage).ok()?.keyframe());
         while let Ok(event) = self.events.try_recv() {
             if let Event::Hello { link, .. } | Event::Watch { link, .. } = event {
                 link.refuse(Refused::Shutdown);

@@ -1,13 +1,19 @@
 //! Who sits where.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
-use maniple_protocol::{Refused, ServerMessage};
-use maniple_view::Seat;
+use maniple_geometry::Cycle;
+use maniple_protocol::{Feed, Refused, ServerMessage, Turn, Welcome, encode_server};
+use maniple_view::{CommandResult, Delta, Ended, Seat};
 
 use crate::connection::ConnectionId;
 use crate::doors::Doors;
-use crate::link::Link;
+use crate::link::{Link, unsendable};
+
+/// Results of commands and ends of tasks that wait to be told to a client that lags too far for a merged delta: as many results as four
+/// cycles can have. They cannot be left out, so there must be an end to them.
+pub const NEWS_WAITING_MAX: usize = 1 << 16;
 
 /// The seats of a match and the connections at them.
 #[derive(Debug)]
@@ -21,6 +27,16 @@ pub(crate) struct Table {
 struct Occupant {
     connection: ConnectionId,
     link: Link,
+    /// `None` before the welcome.
+    feed: Option<Feed>,
+    news: News,
+}
+
+/// What a keyframe does not tell, and the client was not told either.
+#[derive(Debug, Default)]
+struct News {
+    results: Vec<CommandResult>,
+    ended: Vec<Ended>,
 }
 
 impl Table {
@@ -32,7 +48,7 @@ impl Table {
 
     /// Lets a connection sit down; returns the one that sat there before.
     pub(crate) fn sit(&mut self, seat: Seat, connection: ConnectionId, link: Link) -> Option<Link> {
-        let before = self.occupants[seat.index()].replace(Occupant { connection, link });
+        let before = self.occupants[seat.index()].replace(Occupant::new(connection, link));
         before.map(|occupant| occupant.link)
     }
 
@@ -63,12 +79,72 @@ impl Table {
         self.doors.open_seats().find(is_free).ok_or_else(refusal)
     }
 
-    /// Queues a message for whoever is at a seat.
+    /// Tells whoever sits down all that it needs to know, and the view as it is.
+    ///
+    /// # Errors
+    /// Why the connection has to be closed.
+    pub(crate) fn welcome(&mut self, seat: Seat, welcome: Welcome, keyframe: Delta) -> Result<(), Refused> {
+        self.occupant(seat).map_or(Ok(()), |occupant| occupant.begin(welcome, keyframe))
+    }
+
+    /// Queues a message other than a delta for whoever is at a seat.
     ///
     /// # Errors
     /// Why the connection has to be closed.
     pub(crate) fn push(&mut self, seat: Seat, message: &ServerMessage) -> Result<(), Refused> {
-        self.occupants[seat.index()].as_mut().map_or(Ok(()), |occupant| occupant.link.push(message))
+        self.occupant(seat).map_or(Ok(()), |occupant| occupant.link.push(message))
+    }
+
+    /// Takes the next delta of a seat. Whoever is there is told, unless it lags.
+    ///
+    /// # Errors
+    /// Why the connection has to be closed.
+    pub(crate) fn push_delta(
+        &mut self,
+        seat: Seat,
+        delta: Delta,
+        keyframe: impl FnOnce() -> Delta,
+    ) -> Result<(), Refused> {
+        self.occupant(seat).map_or(Ok(()), |occupant| occupant.push(delta, keyframe))
+    }
+
+    /// Takes that whoever is at a seat gives commands that were decided on the view of cycle `seen`.
+    pub(crate) fn handle_commands(&mut self, seat: Seat, now: Cycle, seen: Cycle) {
+        if let Some(occupant) = self.occupant(seat) {
+            occupant.link.handle_commands(now, seen);
+        }
+    }
+
+    /// Takes that whoever is at a seat is done with a delta.
+    pub(crate) fn handle_done(&mut self, seat: Seat, cycle: Cycle) {
+        if let Some(occupant) = self.occupant(seat) {
+            occupant.link.handle_done(cycle);
+        }
+    }
+
+    /// Tells whoever is at a seat what it has missed, if it has caught up with what was sent.
+    ///
+    /// # Errors
+    /// Why the connection has to be closed.
+    pub(crate) fn catch_up(&mut self, seat: Seat, keyframe: impl FnOnce() -> Delta) -> Result<(), Refused> {
+        self.occupant(seat).map_or(Ok(()), |occupant| occupant.catch_up(keyframe))
+    }
+
+    /// Takes that what whoever is at a seat said was dropped.
+    ///
+    /// # Errors
+    /// Why the connection has to be closed.
+    pub(crate) fn handle_violation(&mut self, seat: Seat, reason: Refused) -> Result<(), Refused> {
+        self.occupant(seat).map_or(Ok(()), |occupant| occupant.link.handle_violation(reason))
+    }
+
+    /// Tells whoever is at a seat all that it was not told yet and the last message, and closes the connection.
+    pub(crate) fn close(&mut self, seat: Seat, last: &ServerMessage, keyframe: impl FnOnce() -> Delta) {
+        let Some(mut occupant) = self.occupants[seat.index()].take() else { return };
+        match occupant.tell(keyframe) {
+            Ok(()) => occupant.link.close(last),
+            Err(reason) => occupant.link.refuse(reason),
+        }
     }
 
     /// Returns the seat of a connection; `None` if it has none, or none any more.
@@ -87,6 +163,83 @@ impl Table {
     /// Returns all seats.
     pub(crate) fn seats(&self) -> impl Iterator<Item = Seat> + use<> {
         self.doors.seats()
+    }
+
+    /// Returns how many may watch at the same time.
+    pub(crate) fn spectators_max(&self) -> usize {
+        self.doors.spectators_max()
+    }
+
+    fn occupant(&mut self, seat: Seat) -> Option<&mut Occupant> {
+        self.occupants[seat.index()].as_mut()
+    }
+}
+
+impl Occupant {
+    fn new(connection: ConnectionId, link: Link) -> Self {
+        Self { connection, link, feed: None, news: News::default() }
+    }
+
+    fn begin(&mut self, welcome: Welcome, keyframe: Delta) -> Result<(), Refused> {
+        let mut feed = Feed::new(self.link.encoding(), &welcome.rules);
+        let cycle = keyframe.cycle;
+        let welcome = encode_server(self.link.encoding(), &ServerMessage::Welcome(welcome));
+        let mut bytes = welcome.map_err(|error| unsendable(&error))?;
+        bytes.extend(feed.begin(keyframe).map_err(|error| unsendable(&error))?);
+        self.link.begin(bytes.into(), Some(cycle));
+        self.feed = Some(feed);
+        Ok(())
+    }
+
+    fn push(&mut self, delta: Delta, keyframe: impl FnOnce() -> Delta) -> Result<(), Refused> {
+        let Some(feed) = &mut self.feed else { return Ok(()) };
+        feed.push([delta]).map_err(|error| unsendable(&error))?;
+        self.catch_up(keyframe)
+    }
+
+    /// Tells what was not told yet, unless the client lags.
+    fn catch_up(&mut self, keyframe: impl FnOnce() -> Delta) -> Result<(), Refused> {
+        let Some(now) = self.feed.as_ref().and_then(Feed::cycle) else { return Ok(()) };
+        match self.link.turn(now) {
+            Turn::Now => self.tell(keyframe)?,
+            Turn::Later => {}
+            Turn::Never => return Err(Refused::TooSlow),
+        }
+        self.forget()
+    }
+
+    /// Tells what was not told yet.
+    fn tell(&mut self, keyframe: impl FnOnce() -> Delta) -> Result<(), Refused> {
+        let Some(feed) = &mut self.feed else { return Ok(()) };
+        let Some(now) = feed.cycle().filter(|&now| self.link.told() != Some(now)) else { return Ok(()) };
+        let news = &mut self.news;
+        let keyframe = |recent: &VecDeque<Delta>| {
+            recent.iter().for_each(|delta| news.extend(delta));
+            let News { results, ended } = std::mem::take(news);
+            Delta { results, ended, ..keyframe() }
+        };
+        let bytes = feed.next(self.link.told(), keyframe).map_err(|error| unsendable(&error))?;
+        self.link.push_delta(bytes, now);
+        Ok(())
+    }
+
+    /// Lets go what was told, and keeps of what cannot be kept what has to be told.
+    fn forget(&mut self) -> Result<(), Refused> {
+        let Some(feed) = &mut self.feed else { return Ok(()) };
+        for delta in feed.forget(self.link.told()) {
+            self.news.extend(&delta);
+        }
+        if self.news.results.len() + self.news.ended.len() > NEWS_WAITING_MAX {
+            return Err(Refused::TooSlow);
+        }
+        Ok(())
+    }
+}
+
+impl News {
+    fn extend(&mut self, delta: &Delta) {
+        self.results.extend_from_slice(&delta.results);
+        self.ended.extend_from_slice(&delta.ended);
     }
 }
 
@@ -128,7 +281,7 @@ mod tests {
     }
 
     fn table(access: Vec<Access>) -> Table {
-        Table::new(Arc::new(Doors::new(access)))
+        Table::new(Arc::new(Doors::new(access, 8)))
     }
 
     fn link() -> Link {

@@ -84,10 +84,10 @@ impl MotionWriter<'_> {
         self.bytes.append(&mut fields);
     }
 
-    /// Writes where an object came to rest, and why.
-    pub(super) fn write_stop(&mut self, base: &Base, before: &Base, reason: Option<StopReason>) {
+    /// Writes where an object came to rest, and why; of its motion before, if one is given, the receiver knows.
+    pub(super) fn write_stop(&mut self, base: &Base, before: Option<&Base>, reason: Option<StopReason>) {
         let mut fields = Vec::new();
-        let mut flags = self.when(base, &mut fields) | self.place(base, Some(before), &mut fields) << 2;
+        let mut flags = self.when(base, &mut fields) | self.place(base, before, &mut fields) << 2;
         flags |= match reason {
             None => 0,
             Some(StopReason::Arrived) => 1,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use maniple_view::{Delta, Handle, Rules};
+use maniple_view::{Base, Delta, Handle, Rules};
 
 use super::bits::write_unsigned;
 use super::motion::{Known, Layout, MotionWriter};
@@ -27,14 +27,22 @@ impl Packer {
     /// # Panics
     /// If the delta does not follow the ones before, or has no numbers of the grid that the rules name.
     pub fn pack(&mut self, delta: &Delta) -> PackedDelta {
-        let motions = self.motions(delta);
+        let motions = self.motions(delta, Receiver::UpToDate);
         self.take_in(delta);
-        let rest = Rest::of(delta);
-        let rest = (rest != Rest::default()).then(|| Box::new(rest));
-        PackedDelta { cycle: delta.cycle, rest, motions, check: delta.check }
+        packed(delta, motions)
     }
 
-    fn motions(&self, delta: &Delta) -> Vec<u8> {
+    /// Returns in few bytes what a receiver that has missed some of the last deltas is told in their place, once they are packed
+    /// for others: it can be read whatever the receiver last knew of the motions that change.
+    ///
+    /// # Panics
+    /// If the merged delta does not end with the last that was packed.
+    #[must_use]
+    pub fn pack_merged(&self, merged: &Delta) -> PackedDelta {
+        packed(merged, self.motions(merged, Receiver::Behind))
+    }
+
+    fn motions(&self, delta: &Delta, receiver: Receiver) -> Vec<u8> {
         if delta.appeared.is_empty() && delta.moved.is_empty() && delta.stopped.is_empty() {
             return Vec::new();
         }
@@ -47,13 +55,13 @@ impl Packer {
         let mut last = None;
         for moved in &delta.moved {
             write_gap(&mut writer.bytes, &mut last, moved.object);
-            let Known { unit_type, base } = known(moved.object);
-            writer.write_base(&moved.base, *unit_type, Some(base));
+            let known = known(moved.object);
+            writer.write_base(&moved.base, known.unit_type, receiver.base(known));
         }
         last = None;
         for stopped in &delta.stopped {
             write_gap(&mut writer.bytes, &mut last, stopped.object);
-            writer.write_stop(&stopped.base(), &known(stopped.object).base, stopped.reason);
+            writer.write_stop(&stopped.base(), receiver.base(known(stopped.object)), stopped.reason);
         }
         writer.bytes
     }
@@ -73,6 +81,29 @@ impl Packer {
             self.known.insert(new.object, Known { unit_type: new.unit_type, base: new.base });
         }
     }
+}
+
+/// Whose deltas are packed.
+#[derive(Clone, Copy, Debug)]
+enum Receiver {
+    UpToDate,
+    Behind,
+}
+
+impl Receiver {
+    /// Returns what it knows for certain of a motion.
+    fn base(self, known: &Known) -> Option<&Base> {
+        match self {
+            Self::UpToDate => Some(&known.base),
+            Self::Behind => None,
+        }
+    }
+}
+
+fn packed(delta: &Delta, motions: Vec<u8>) -> PackedDelta {
+    let rest = Rest::of(delta);
+    let rest = (rest != Rest::default()).then(|| Box::new(rest));
+    PackedDelta { cycle: delta.cycle, rest, motions, check: delta.check }
 }
 
 /// Writes how many handles lie between an object and the one before in its list, and lets it be the one before.

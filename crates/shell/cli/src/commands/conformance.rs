@@ -117,7 +117,9 @@ impl Test {
     fn greet(&self, line: &mut Line, judge: &mut Judge) -> Result<(), Mistake> {
         let hello = match self.hear(line, Instant::now() + self.patience)? {
             Input::Hello(hello) => hello,
-            Input::Violation(reason) => return Err(self.refuse(line, reason)),
+            Input::Violation(reason) | Input::Dropped(reason) => {
+                return Err(self.refuse(line, reason));
+            }
             Input::Watch(_) => return Err(self.refuse(line, Refused::NoSpectators)),
             Input::List | Input::Create(_) | Input::Enter { .. } => {
                 return Err(self.refuse(line, Refused::NoMatch));
@@ -147,7 +149,9 @@ impl Test {
         let deadline = Instant::now() + self.patience;
         while !judge.is_answered() {
             match self.hear(line, deadline)? {
-                Input::Violation(reason) => return Err(self.refuse(line, reason)),
+                Input::Violation(reason) | Input::Dropped(reason) => {
+                    return Err(self.refuse(line, reason));
+                }
                 Input::Hello(_) | Input::Watch(_) | Input::List | Input::Create(_) | Input::Enter { .. } => {
                     return Err(self.refuse(line, Refused::Handshake));
                 }

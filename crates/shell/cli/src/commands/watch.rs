@@ -31,7 +31,7 @@ async fn watch(arguments: &Watch) -> Result<(), Failure> {
                     return Ok(());
                 }
             }
-            Event::Pong { .. } | Event::Paused { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             Event::Ended(result) => return print_end(format, &result),
         }
     }

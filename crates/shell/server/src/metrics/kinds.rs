@@ -103,6 +103,7 @@ impl Kind for Refused {
         "not_begun",
         "asks_too_much",
         "operator",
+        "too_many_commands",
     ];
 
     fn kind(&self) -> &'static str {
@@ -133,6 +134,7 @@ impl Kind for Refused {
             Self::NotBegun { .. } => "not_begun",
             Self::AsksTooMuch { .. } => "asks_too_much",
             Self::Operator => "operator",
+            Self::TooManyCommands { .. } => "too_many_commands",
         }
     }
 }

@@ -209,6 +209,7 @@ fn expected_instead(reason: &Refused) -> String {
         | Refused::SeatsOnly
         | Refused::NoSuchSeat { .. }
         | Refused::SpectatorsFull { .. }
-        | Refused::HeldTooMuch => "a connection that plays to the end".to_owned(),
+        | Refused::HeldTooMuch
+        | Refused::TooManyCommands { .. } => "a connection that plays to the end".to_owned(),
     }
 }

@@ -78,7 +78,7 @@ async fn follow(mut client: Client, counts: &Counts) -> anyhow::Result<()> {
                     client.send(commands).await?;
                 }
             }
-            Event::Pong { .. } | Event::Paused { .. } => {}
+            Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. } => {}
             Event::Ended(_) => return Ok(()),
         }
     }

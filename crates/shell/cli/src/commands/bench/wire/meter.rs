@@ -51,7 +51,11 @@ pub(super) struct Meter {
 impl Meter {
     /// Returns the meter of a seat that was told nothing yet.
     pub(super) fn new(rules: &Rules) -> Self {
-        Self { outbound: Outbound::for_deltas(rules), has_begun: false, count: Count::default() }
+        Self {
+            outbound: Outbound::for_deltas(Encoding::Binary, rules),
+            has_begun: false,
+            count: Count::default(),
+        }
     }
 
     /// Counts the next delta, which leads to this view; the first is a keyframe, and is not counted.
