@@ -89,9 +89,13 @@ impl std::fmt::Debug for Tls {
 }
 
 fn roots_in(file: &Path) -> Result<RootCertStore, TlsError> {
-    let failed = |error: pem::Error| match error {
-        pem::Error::Io(problem) => TlsError::Unreadable { file: file.to_owned(), problem },
-        other => TlsError::Malformed { file: file.to_owned(), problem: other.to_string() },
+    let failed = |error: pem::Error| {
+        let (file, problem) = (file.to_owned(), error.to_string());
+        if let pem::Error::Io(problem) = error {
+            TlsError::Unreadable { file, problem }
+        } else {
+            TlsError::Malformed { file, problem }
+        }
     };
     let mut roots = RootCertStore::empty();
     for certificate in CertificateDer::pem_file_iter(file).map_err(failed)? {

@@ -127,17 +127,21 @@ fn certificates(file: &Path) -> Result<Vec<CertificateDer<'static>>, TlsError> {
 }
 
 fn private_key(file: &Path) -> Result<PrivateKeyDer<'static>, TlsError> {
-    PrivateKeyDer::from_pem_file(file).map_err(|error| match error {
-        pem::Error::NoItemsFound => TlsError::NoKey { file: file.to_owned() },
-        other => unreadable(file, other),
+    PrivateKeyDer::from_pem_file(file).map_err(|error| {
+        if matches!(error, pem::Error::NoItemsFound) {
+            TlsError::NoKey { file: file.to_owned() }
+        } else {
+            unreadable(file, error)
+        }
     })
 }
 
 fn unreadable(file: &Path, error: pem::Error) -> TlsError {
-    let file = file.to_owned();
-    match error {
-        pem::Error::Io(problem) => TlsError::Unreadable { file, problem },
-        other => TlsError::Malformed { file, problem: other.to_string() },
+    let (file, problem) = (file.to_owned(), error.to_string());
+    if let pem::Error::Io(problem) = error {
+        TlsError::Unreadable { file, problem }
+    } else {
+        TlsError::Malformed { file, problem }
     }
 }
 

@@ -84,6 +84,6 @@ impl Operated for House {
     }
 
     fn change_limits(&self, limits: Limits) {
-        House::change_limits(self, limits);
+        Self::change_limits(self, limits);
     }
 }

@@ -140,38 +140,28 @@ impl Configuration {
     }
 
     pub(super) fn address(&self, key: &Key) -> Option<SocketAddr> {
-        match &self.held(key).0 {
-            Value::Address(address) => *address,
-            other => panic!("{} holds {other:?}", key.path()),
-        }
+        let Value::Address(address) = &self.held(key).0 else { panic!("{} is of another kind", key.path()) };
+        *address
     }
 
     pub(super) fn path(&self, key: &Key) -> Option<&PathBuf> {
-        match &self.held(key).0 {
-            Value::Path(path) => path.as_ref(),
-            other => panic!("{} holds {other:?}", key.path()),
-        }
+        let Value::Path(path) = &self.held(key).0 else { panic!("{} is of another kind", key.path()) };
+        path.as_ref()
     }
 
     pub(super) fn count(&self, key: &Key) -> u32 {
-        match &self.held(key).0 {
-            Value::Count(count) => *count,
-            other => panic!("{} holds {other:?}", key.path()),
-        }
+        let Value::Count(count) = &self.held(key).0 else { panic!("{} is of another kind", key.path()) };
+        *count
     }
 
     pub(super) fn word(&self, key: &Key) -> &str {
-        match &self.held(key).0 {
-            Value::Text(text) => text,
-            other => panic!("{} holds {other:?}", key.path()),
-        }
+        let Value::Text(text) = &self.held(key).0 else { panic!("{} is of another kind", key.path()) };
+        text
     }
 
     pub(super) fn files(&self, key: &Key) -> &Files {
-        match &self.held(key).0 {
-            Value::Files(files) => files,
-            other => panic!("{} holds {other:?}", key.path()),
-        }
+        let Value::Files(files) = &self.held(key).0 else { panic!("{} is of another kind", key.path()) };
+        files
     }
 
     /// Returns the error that `key` is given, but not `missing`.
