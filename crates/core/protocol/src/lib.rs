@@ -6,6 +6,7 @@
 mod arbitrary;
 mod codec;
 mod encoding;
+mod fingerprint;
 mod frame;
 mod handshake;
 mod limits;
@@ -15,15 +16,18 @@ mod packed;
 mod refused;
 mod replay;
 mod replay_reader;
+mod snapshot;
 
 pub use encoding::{
     DecodeError, EncodeError, Encoding, EncodingError, decode_client, decode_server, encode_client,
     encode_commands, encode_server,
 };
+pub use fingerprint::{Content, Difference, Fingerprint};
 pub use frame::{FrameDecoder, FrameError};
 pub use handshake::{Inbound, Input};
 pub use limits::{
-    FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, TOKEN_DIGITS,
+    FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, SNAPSHOT_MAX,
+    TOKEN_DIGITS,
 };
 pub use message::{ClientMessage, Hello, PROTOCOL, ServerMessage, Watch, Welcome};
 pub use outbound::Outbound;
@@ -31,3 +35,4 @@ pub use packed::{PackedAppeared, PackedDelta, PackedError, PackedProblem, Packer
 pub use refused::Refused;
 pub use replay::{REPLAY_VERSION, Record, ReplayHeader, ReplayWriter};
 pub use replay_reader::{Partial, Replay, ReplayError, ReplayProblem, read_partial, read_replay};
+pub use snapshot::{SNAPSHOT_VERSION, SnapshotError, decode_snapshot, encode_snapshot};
