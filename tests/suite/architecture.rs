@@ -84,6 +84,25 @@ fn a_bot_cannot_reach_the_world() {
 }
 
 #[test]
+fn no_message_names_an_object_of_the_world() {
+    let wire = [
+        "protocol/src",
+        "view/src/delta.rs",
+        "view/src/command.rs",
+        "view/src/outcome.rs",
+        "view/src/view.rs",
+    ];
+    for part in wire {
+        let path = Path::new(ROOT).join("crates/core").join(part);
+        let files = if path.is_dir() { sources(&path) } else { vec![path] };
+        for file in files {
+            let text = std::fs::read_to_string(&file).expect("a source is text");
+            assert!(!text.contains("ObjectId"), "{} names an object of the world", file.display());
+        }
+    }
+}
+
+#[test]
 fn every_edge_and_package_beyond_the_plan_has_a_decision() {
     let decisions: String = entries("docs/decisions")
         .iter()

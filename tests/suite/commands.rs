@@ -77,6 +77,7 @@ fn every_command_has_help_with_an_example() {
         "replay",
         "replay info",
         "replay verify",
+        "replay snapshot",
         "replay view",
         "replay render",
         "watch",
@@ -308,6 +309,31 @@ fn a_replay_that_plays_differently_is_told_with_the_first_cycle() {
     assert_eq!(verdict["cycles"], 16);
     let error = fails(&["replay", "verify", &path], 1);
     assert!(error.contains("match.replay") && error.contains("cycle 17"), "{error}");
+}
+
+#[test]
+fn a_difference_from_a_snapshot_is_told_with_object_and_field() {
+    let folder = folder("snapshot");
+    let [path, out] = ["match.replay", "match.snapshot"].map(|name| folder.join(name).display().to_string());
+    json(&["match", "--cycles", "60", "--replay", &path, "--json"]);
+    assert!(run(&["replay", "snapshot", &path, "--cycle", "40", "--out", &out]).status.success());
+    let verdict = json(&["replay", "verify", &path, "--snapshot", &out, "--json"]);
+    assert_eq!((&verdict["verified"], &verdict["differences"]), (&true.into(), &Value::Array(vec![])));
+    alter_replay(&path, |_, records| {
+        let is_left_out = |record: &Record| matches!(record, Record::Commands { cycle, seat, .. } if (20..30).contains(&cycle.0) && seat.0 == 0);
+        records.retain(|record| !is_left_out(record));
+    });
+    let output = run(&["replay", "verify", &path, "--snapshot", &out, "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let verdict: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let first = verdict["first_difference"].as_u64().expect("a cycle");
+    assert!((21..=30).contains(&first), "{verdict}");
+    let first = verdict["differences"][0].as_str().expect("a text");
+    assert!(first.starts_with("world/field/objects/"), "{first}");
+    json(&["match", "--cycles", "60", "--seed", "8", "--replay", &path, "--json"]);
+    assert!(fails(&["replay", "verify", &path, "--snapshot", &out], 3).contains("of another match"));
+    std::fs::write(&out, "MNPS").expect("the folder is there");
+    assert!(fails(&["replay", "verify", &path, "--snapshot", &out], 3).contains("cut or altered"));
 }
 
 #[test]

@@ -195,7 +195,6 @@ async fn a_match_whose_players_do_not_come_is_given_up() {
                 Event::Cycle(_)
                 | Event::Pong { .. }
                 | Event::Paused { .. }
-                | Event::Warned { .. }
                 | Event::Warned { .. },
             ) => {}
             Ok(Event::Ended(_)) => panic!("it has not begun"),

@@ -199,7 +199,8 @@ async fn who_says_what_it_has_seen_is_taken_at_its_word_and_hears_what_is_no_del
 fn check_lists(merged: &Delta, deltas: &[Delta], before: &View, after: &View) {
     let concatenated =
         |list: &dyn Fn(&Delta) -> Vec<String>| -> Vec<String> { deltas.iter().flat_map(list).collect() };
-    let news: [&dyn Fn(&Delta) -> Vec<String>; 3] = [
+    type List<'a> = &'a dyn Fn(&Delta) -> Vec<String>;
+    let news: [List<'_>; 3] = [
         &|delta| delta.results.iter().map(|item| format!("{item:?}")).collect(),
         &|delta| delta.shots.iter().map(|item| format!("{item:?}")).collect(),
         &|delta| delta.ended.iter().map(|item| format!("{item:?}")).collect(),
@@ -267,7 +268,14 @@ impl Receiver {
                     let delta = packed.unpack(&self.view, rules).unwrap();
                     self.view.apply(&delta).unwrap();
                 }
-                other => panic!("{other:?}"),
+                other @ (ServerMessage::Welcome(_)
+                | ServerMessage::Refused { .. }
+                | ServerMessage::Pong { .. }
+                | ServerMessage::Ended { .. }
+                | ServerMessage::Paused { .. }
+                | ServerMessage::Matches { .. }
+                | ServerMessage::Created { .. }
+                | ServerMessage::Warned { .. }) => panic!("{other:?}"),
             }
         }
     }
@@ -357,7 +365,15 @@ impl Lines {
             match self.next().await {
                 ServerMessage::Delta(delta) => last = delta.cycle,
                 ServerMessage::Pong { .. } => return last,
-                other => panic!("{other:?}"),
+                other @ (ServerMessage::Welcome(_)
+                | ServerMessage::Refused { .. }
+                | ServerMessage::Ended { .. }
+                | ServerMessage::Packed(_)
+                | ServerMessage::Paused { .. }
+                | ServerMessage::Matches { .. }
+                | ServerMessage::Created { .. }
+                | ServerMessage::Keyframe {}
+                | ServerMessage::Warned { .. }) => panic!("{other:?}"),
             }
         }
     }

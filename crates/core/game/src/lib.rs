@@ -17,4 +17,4 @@ pub use load::{FILES_MAX, Files, LoadError, Loaded, LoadedFile, load};
 pub use placement::{PlaceError, START_GAP, Setup, StartUnit};
 pub use rules::Ending;
 pub use scenario::{Overrides, Scenario, ScenarioError, Stall};
-pub use world::{Part, World, WorldError};
+pub use world::{Part, RestoreError, World, WorldError, WorldSnapshot};

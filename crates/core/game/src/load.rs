@@ -5,8 +5,9 @@ use std::sync::Arc;
 
 use maniple_geometry::Cycle;
 use maniple_tilemap::{GenerateError, MapError, Resolver, TileMap, generate};
-use maniple_view::{Terrain, TerrainKnowledge};
+use maniple_view::{Digest, Positions, Profile, Scalar, Solver, Terrain, TerrainKnowledge};
 use thiserror::Error;
+use twox_hash::XxHash3_64;
 
 use crate::placement::{PlaceError, Setup};
 use crate::scenario::{Draft, MapSource, Overrides, Problem, Scenario, ScenarioError, Source};
@@ -36,6 +37,38 @@ impl Loaded {
     pub fn limit_cycles(&mut self, cycles_max: Cycle) {
         assert!(cycles_max > Cycle(0), "a match lasts at least a cycle");
         Arc::make_mut(&mut self.scenario).cycles_max = cycles_max;
+    }
+
+    /// Returns a hash of all that the match is made of: matches with the same one can go on from the snapshots of each other.
+    ///
+    /// The xxh3-64 of the content of each file, then seed, rate, length, profile and the hash of the map, little-endian. Paths are
+    /// left out: they name the same files from another place.
+    #[must_use]
+    pub fn origin(&self) -> Digest {
+        let scenario = &self.scenario;
+        let Profile { scalar, solver, certify, skin, positions } = scenario.profile;
+        let solver = match solver {
+            Solver::Event => 0,
+            Solver::Stepped { substeps } => u64::from(substeps),
+        };
+        let positions = match positions {
+            Positions::Exact => 0,
+            Positions::Grid { bits } => 1 + u64::from(bits),
+        };
+        let mut words: Vec<u64> = self.files.0.iter().map(|file| XxHash3_64::oneshot(&file.bytes)).collect();
+        words.extend([
+            scenario.seed,
+            scenario.rate.to_bits(),
+            u64::from(scenario.cycles_max.0),
+            u64::from(scalar == Scalar::F32),
+            solver,
+            u64::from(certify),
+            skin.map_or(u64::MAX, f64::to_bits),
+            positions,
+            self.map.hash(),
+        ]);
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        Digest(XxHash3_64::oneshot(&bytes))
     }
 }
 
@@ -293,7 +326,7 @@ mod tests {
         let asked = Overrides {
             seed: Some(9),
             rate: Some(2.0),
-            scalar: Some(maniple_view::Scalar::F32),
+            scalar: Some(Scalar::F32),
             ..Overrides::default()
         };
         let first = load(&files, "s/tiny.toml", &asked).unwrap();
@@ -303,7 +336,7 @@ mod tests {
         assert_eq!(first.setup, second.setup);
         assert_eq!(first.scenario, second.scenario);
         assert_eq!((first.scenario.seed, first.scenario.rate), (9, 2.0));
-        assert_eq!(first.scenario.profile.scalar, maniple_view::Scalar::F32);
+        assert_eq!(first.scenario.profile.scalar, Scalar::F32);
     }
 
     #[test]

@@ -75,6 +75,38 @@ impl Sight {
         }
     }
 
+    /// Returns the tiles that a seat knows; `None`: all, from the start.
+    pub(crate) fn known(&self, seat: Seat) -> Option<&TileSet> {
+        match self {
+            Self::Perfect => None,
+            Self::Fog(fog) => fog.team(seat).knowledge.as_ref().map(Knowledge::known),
+        }
+    }
+
+    /// Returns what each team has explored, in the order of their numbers, as runs of tiles; nothing where all is known. All else
+    /// follows from where everybody is.
+    pub(crate) fn explored(&self) -> Vec<Vec<(u32, u32)>> {
+        match self {
+            Self::Perfect => Vec::new(),
+            Self::Fog(fog) => {
+                let known = fog.teams.iter().filter_map(|team| team.knowledge.as_ref());
+                known.map(|knowledge| knowledge.known().to_runs()).collect()
+            }
+        }
+    }
+
+    /// Takes what each team has explored; `None` where these are other teams, or no tiles of the map.
+    pub(crate) fn restore(&mut self, explored: &[Vec<(u32, u32)>]) -> Option<()> {
+        let knowledge: Vec<&mut Knowledge> = match self {
+            Self::Perfect => Vec::new(),
+            Self::Fog(fog) => fog.teams.iter_mut().filter_map(|team| team.knowledge.as_mut()).collect(),
+        };
+        if knowledge.len() != explored.len() {
+            return None;
+        }
+        knowledge.into_iter().zip(explored).try_for_each(|(knowledge, runs)| knowledge.restore(runs))
+    }
+
     /// Returns the tiles that a seat saw for the first time when it looked last, and the walls.
     pub(crate) fn news(&self, seat: Seat) -> (&[(u32, u32, String)], &[Wall]) {
         match self {

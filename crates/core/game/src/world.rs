@@ -4,6 +4,7 @@ mod command;
 mod field;
 mod order;
 mod part;
+mod snapshot;
 mod state;
 mod unit;
 
@@ -20,12 +21,14 @@ use thiserror::Error;
 use twox_hash::XxHash3_64;
 
 use crate::load::Loaded;
+use crate::placement::StartUnit;
 use crate::rules::objective::{self, Ending, Left, Standing};
 use crate::rules::{Race, combat, harvest, modes, neutral, production};
 use crate::scenario::{self, TRAINING_MAX, UNITS_MAX};
 use crate::vision::{Sight, Visible, Wall};
 
 pub use part::Part;
+pub use snapshot::{RestoreError, WorldSnapshot};
 pub(crate) use state::{SeatState, State};
 pub(crate) use unit::{Job, Stay, Unit};
 
@@ -96,34 +99,39 @@ impl World {
     /// # Errors
     /// See [`WorldError`]: a map or scenario beyond what kinematics can work with.
     pub fn new(loaded: &Loaded) -> Result<Self, WorldError> {
-        let mut state = State::new(loaded)?;
-        let setup = &loaded.setup;
-        for unit in &setup.units {
-            state.add(unit)?;
+        let mut world = Self::empty(loaded)?;
+        for unit in &loaded.setup.units {
+            world.state.add(unit)?;
             if let Some(seat) = unit.seat {
-                let seat = &mut state.seats[seat.index()];
+                let seat = &mut world.state.seats[seat.index()];
                 seat.has += 1;
                 seat.tally.units += 1;
             }
         }
+        world.take_stock();
+        world.look();
+        world.chain();
+        Ok(world)
+    }
+
+    /// Returns the world at the start of cycle 0 before anything stands in it.
+    fn empty(loaded: &Loaded) -> Result<Self, WorldError> {
+        let state = State::new(loaded)?;
+        let setup = &loaded.setup;
         let is_race = matches!(state.scenario.objective, scenario::Objective::Race { .. });
         let is_wanderer =
-            |&object: &ObjectId| state.units.at(object).owner.is_none() && state.speed(object) > 0.0;
-        let wanderers = state.units.alive().map(|(object, _)| object).filter(is_wanderer).collect();
-        let mut world = Self {
+            |unit: &StartUnit| unit.seat.is_none() && state.unit_type(unit.unit_type).speed > 0.0;
+        let start = (0..).map(ObjectId).zip(&setup.units);
+        Ok(Self {
             race: is_race.then(|| Race::new(&setup.zones, setup.units.len())),
-            wanderers,
+            wanderers: start.filter(|(_, unit)| is_wanderer(unit)).map(|(object, _)| object).collect(),
             leaving: Vec::new(),
             news: News::default(),
             sightings: Vec::new(),
             ending: None,
             hash: Digest(loaded.map.hash()),
             state,
-        };
-        world.take_stock();
-        world.look();
-        world.chain();
-        Ok(world)
+        })
     }
 
     /// Applies a command of a seat to an object at the start of the next cycle to be simulated; `target` is the object in the
@@ -225,6 +233,12 @@ impl World {
     #[must_use]
     pub fn visible(&self, seat: Seat) -> Option<&TileSet> {
         self.state.sight.visible(seat)
+    }
+
+    /// Returns the tiles that a seat knows at the start of the present cycle; `None`: all, from the start.
+    #[must_use]
+    pub fn known(&self, seat: Seat) -> Option<&TileSet> {
+        self.state.sight.known(seat)
     }
 
     /// Returns the tiles that a seat sees for the first time, as column, row and characters to the right, and the walls that it knows

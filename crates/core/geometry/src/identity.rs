@@ -1,9 +1,12 @@
 //! The name of an object.
 
-/// The world's own name for an object. It never reaches a player.
+use serde::{Deserialize, Serialize};
+
+/// The world's own name for an object. It never reaches a player: snapshots hold it, messages do not.
 #[doc(alias = "unit")]
 #[doc(alias = "body")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct ObjectId(pub u32);
 
 impl std::fmt::Display for ObjectId {

@@ -130,7 +130,7 @@ impl<S: Scalar> World<S> {
     }
 
     /// Makes the motion spheres; who rests from now on goes back to the lists of those at rest.
-    fn gather(&mut self) {
+    pub(crate) fn gather(&mut self) {
         let threads = self.threads();
         self.share_out(threads);
         let first = self.batches.iter().find_map(|batch| batch.slots.first());
@@ -156,7 +156,7 @@ impl<S: Scalar> World<S> {
     }
 
     /// Puts the motion spheres into sectors, each beside its object, so that no pair has to look for it elsewhere.
-    fn fill_sectors(&mut self) {
+    pub(crate) fn fill_sectors(&mut self) {
         let (threads, cycle, objects) = (self.threads(), self.cycle, &self.objects);
         self.bands
             .fill(&mut self.batches, threads, |tag| objects.states[tag.slot() as usize].straight(cycle));

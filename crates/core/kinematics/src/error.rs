@@ -1,5 +1,7 @@
 //! What the world refuses.
 
+use std::fmt;
+
 use maniple_geometry::{Cycle, NumberError, ObjectId};
 use thiserror::Error;
 
@@ -105,4 +107,61 @@ pub enum Overlap {
     Objects(ObjectId, ObjectId),
     /// An object and a wall.
     Wall(ObjectId, WallId),
+}
+
+impl fmt::Display for Overlap {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Objects(one, other) => write!(f, "objects {one} and {other} overlap"),
+            Self::Wall(object, wall) => write!(f, "object {object} overlaps wall {}", wall.0),
+        }
+    }
+}
+
+/// A snapshot that is none of a world; see [`crate::World::restore`].
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+pub enum RestoreError {
+    /// A number that the world does not accept.
+    #[error("object {object}: {field} {problem}")]
+    BadNumber {
+        /// The object.
+        object: ObjectId,
+        /// The field: `x`, `y`, `r`, `fraction`, or `s`.
+        field: &'static str,
+        /// What is wrong with it.
+        problem: NumberError,
+    },
+    /// A motion that begins later than the present, or is over already.
+    #[error("object {object} is on a motion from cycle {from} on, which does not go on at cycle {now}")]
+    BadMoment {
+        /// The object.
+        object: ObjectId,
+        /// The cycle in which the motion begins.
+        from: Cycle,
+        /// The cycle of the snapshot.
+        now: Cycle,
+    },
+    /// A leg that starts at its goal.
+    #[error("object {object} is on a way to where it starts")]
+    NoWay {
+        /// The object.
+        object: ObjectId,
+    },
+    /// More legs than an object may have waiting.
+    #[error("object {object} has more than {max} waypoints")]
+    TooManyWaypoints {
+        /// The object.
+        object: ObjectId,
+        /// The largest number.
+        max: usize,
+    },
+    /// A waiting leg that replaces others at no moment, or an order to stop that waits behind others.
+    #[error("object {object} has a waiting leg that no order makes")]
+    BadWaiting {
+        /// The object.
+        object: ObjectId,
+    },
+    /// An overlap, which no cycle leaves behind.
+    #[error("{0}")]
+    Overlap(Overlap),
 }

@@ -1,6 +1,7 @@
 //! What an object does and is going to do.
 
 use maniple_geometry::{Cycle, Moment, Motion, Planar, Scalar};
+use serde::{Deserialize, Serialize};
 
 use crate::state::{NEVER, NO_QUEUE};
 
@@ -8,7 +9,14 @@ use crate::state::{NEVER, NO_QUEUE};
 pub const WAYPOINTS_MAX: usize = 64;
 
 /// One straight way: to a goal, at a speed.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(
+    deny_unknown_fields,
+    bound(
+        serialize = "S: Serialize, S::Vector: Serialize",
+        deserialize = "S: Deserialize<'de>, S::Vector: Deserialize<'de>"
+    )
+)]
 pub struct Leg<S: Scalar = f64> {
     /// World units.
     pub goal: S::Vector,
@@ -17,7 +25,8 @@ pub struct Leg<S: Scalar = f64> {
 }
 
 /// Where new legs go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Placement {
     /// In the place of what runs and waits, from the start on.
     Replace,

@@ -1,11 +1,13 @@
 //! What stands still from the start.
 
 use maniple_geometry::{Scalar, Segment};
+use serde::{Deserialize, Serialize};
 
 use crate::event::EventKind;
 
 /// The layers that an object or a wall is in, one bit each. Only what shares a layer can collide.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct Layers(pub u32);
 
 impl Layers {

@@ -369,7 +369,7 @@ impl<S: Scalar> World<S> {
         });
     }
 
-    fn note_layers(&mut self, layers: Layers) {
+    pub(crate) fn note_layers(&mut self, layers: Layers) {
         self.is_layered |= *self.layers.get_or_insert(layers) != layers;
     }
 

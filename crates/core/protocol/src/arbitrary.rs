@@ -212,7 +212,7 @@ impl Random {
     }
 
     fn refused(&mut self) -> Refused {
-        match self.below(26) {
+        match self.below(27) {
             17 => Refused::Broken,
             18 => Refused::NoMatch,
             19 => Refused::NoScenario,
@@ -238,7 +238,7 @@ impl Random {
             13 => Refused::SpectatorsFull { limit: self.u32() },
             14 => Refused::Spectator,
             15 => Refused::HeldTooMuch,
-            25 => Refused::TooManyCommands { limit: self.u32() },
+            26 => Refused::TooManyCommands { limit: self.u32() },
             _ => Refused::Shutdown,
         }
     }

@@ -7,6 +7,7 @@ mod arbitrary;
 mod codec;
 mod encoding;
 mod feed;
+mod fingerprint;
 mod frame;
 mod handshake;
 mod lag;
@@ -17,12 +18,14 @@ mod packed;
 mod refused;
 mod replay;
 mod replay_reader;
+mod snapshot;
 
 pub use encoding::{
     DecodeError, EncodeError, Encoding, EncodingError, decode_client, decode_server, encode_client,
     encode_commands, encode_server,
 };
 pub use feed::{Feed, MERGED_CYCLES_MAX, MERGED_ENTRIES_MAX, SharedBytes};
+pub use fingerprint::{Content, Difference, Fingerprint};
 pub use frame::{FrameDecoder, FrameError};
 pub use handshake::{Inbound, Input};
 pub use lag::{
@@ -30,7 +33,7 @@ pub use lag::{
 };
 pub use limits::{
     FRAME_FROM_CLIENT_MAX, FRAME_FROM_SERVER_MAX, HELLO_MAX, NAME_MAX, REPLAY_RECORD_MAX, SKIPPED_MAX,
-    TOKEN_DIGITS,
+    SNAPSHOT_MAX, TOKEN_DIGITS,
 };
 pub use message::{
     ClientMessage, Create, Hello, Listed, ListedSeat, ListedSpectators, PROTOCOL, ServerMessage, Watch,
@@ -41,3 +44,4 @@ pub use packed::{PackedAppeared, PackedDelta, PackedError, PackedProblem, Packer
 pub use refused::Refused;
 pub use replay::{REPLAY_VERSION, Record, ReplayHeader, ReplayWriter};
 pub use replay_reader::{Partial, Replay, ReplayError, ReplayProblem, read_partial, read_replay};
+pub use snapshot::{SNAPSHOT_VERSION, SnapshotError, decode_snapshot, encode_snapshot};

@@ -24,3 +24,7 @@ pub const TOKEN_DIGITS: usize = 32;
 /// Bytes of one record of a replay: the header holds a map file, and one of 4096 x 4096 tiles as comma-separated
 /// text has 32 to 100 MiB.
 pub const REPLAY_RECORD_MAX: usize = 128 * 1024 * 1024;
+
+/// Bytes of a snapshot: as many as a record of a replay may have, so that a journal can hold it. A battle of 140 units that is
+/// watched in three views, five cycles behind, takes 94,000.
+pub const SNAPSHOT_MAX: usize = REPLAY_RECORD_MAX;

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use maniple_view::Seat;
+use serde::{Deserialize, Serialize};
 
 /// The time banks of all seats.
 ///
@@ -17,11 +18,21 @@ pub(crate) struct Banks {
     banks: Vec<Bank>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct Bank {
     /// What is left of it, without the present cycle unless the seat is done.
     left: Duration,
     is_done: bool,
+}
+
+/// All banks at a moment.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BanksSnapshot {
+    now: Duration,
+    cycle_start: Duration,
+    banks: Vec<Bank>,
 }
 
 impl Banks {
@@ -29,6 +40,27 @@ impl Banks {
     pub(crate) fn new(seats: usize, full: Duration, refill: Duration) -> Self {
         let bank = Bank { left: full, is_done: false };
         Self { full, refill, now: Duration::ZERO, cycle_start: Duration::ZERO, banks: vec![bank; seats] }
+    }
+
+    /// Returns the banks as they are now.
+    pub(crate) fn snapshot(&self) -> BanksSnapshot {
+        BanksSnapshot { now: self.now, cycle_start: self.cycle_start, banks: self.banks.clone() }
+    }
+
+    /// Goes on where a snapshot was taken; `None` where it is of another number of seats.
+    pub(crate) fn restore(&mut self, snapshot: &BanksSnapshot) -> Option<()> {
+        let BanksSnapshot { now, cycle_start, banks } = snapshot;
+        if banks.len() != self.banks.len() {
+            return None;
+        }
+        (self.now, self.cycle_start) = (*now, *cycle_start);
+        self.banks.clone_from(banks);
+        Some(())
+    }
+
+    /// Returns the last time that was taken.
+    pub(crate) fn now(&self) -> Duration {
+        self.now
     }
 
     /// Takes the present time; one that lies before the last is ignored.

@@ -10,6 +10,7 @@ mod pause;
 mod record;
 mod referee;
 mod seat;
+mod snapshot;
 mod stand;
 
 pub use part::Part;
@@ -17,4 +18,5 @@ pub use pause::{PAUSES_MAX, Paused};
 pub use record::{RecordedEvent, ReplayError};
 pub use referee::Referee;
 pub use seat::{FloodError, JoinError, NAME_BYTES_MAX, QUEUED_MAX};
+pub use snapshot::{ResumeError, Snapshot};
 pub use stand::{HELD_ENTRIES_MAX, Stand, WatchError};

@@ -1,6 +1,7 @@
 //! When the clock stands still because all want it to, or whoever runs the match does.
 
 use maniple_view::Seat;
+use serde::{Deserialize, Serialize};
 
 /// How often a seat may ask for a pause in a match. Everybody is told of each change, so without a limit whoever asked
 /// and withdrew on and on could fill the queues of all others; 3 times, and 3 withdrawals, of 64 seats are fewer messages
@@ -8,7 +9,8 @@ use maniple_view::Seat;
 pub const PAUSES_MAX: u32 = 3;
 
 /// Who wants a pause, and whether there is one.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Paused {
     /// The seats that want it, in their order; once there is one, those that had asked for it.
     pub seats: Vec<Seat>,
@@ -17,7 +19,8 @@ pub struct Paused {
 }
 
 /// The agreement on a pause. Who counts is an argument: the seats that are in and where a player is.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Agreement {
     /// Who wants a pause, by seat.
     wishes: Vec<bool>,
@@ -85,6 +88,11 @@ impl Agreement {
     /// Takes whether whoever runs the match wants a pause.
     pub(crate) fn handle_halt(&mut self, is_halted: bool) {
         self.is_halted = is_halted;
+    }
+
+    /// Returns whether it is one of so many seats.
+    pub(crate) fn is_of(&self, seats: usize) -> bool {
+        self.wishes.len() == seats && self.asked.len() == seats
     }
 
     pub(crate) fn is_on(&self) -> bool {

@@ -1,6 +1,7 @@
 //! The state machine of a match.
 
 mod replay;
+mod resume;
 mod watch;
 
 use std::sync::Arc;
@@ -47,6 +48,14 @@ impl Referee {
     pub fn new(loaded: impl Into<Arc<Loaded>>, mode: ClockMode) -> Result<Self, WorldError> {
         let loaded = loaded.into();
         let world = World::new(&loaded)?;
+        let mut referee = Self::around(world, loaded, mode);
+        referee.tell(vec![Vec::new(); referee.seats.len()]);
+        referee.record_hash();
+        Ok(referee)
+    }
+
+    /// Returns the match of a world of which nobody has been told yet.
+    fn around(world: World, loaded: Arc<Loaded>, mode: ClockMode) -> Self {
         let scenario = &loaded.scenario;
         let cycle_length = Duration::from_secs_f64(1.0 / scenario.rate);
         let banks = Banks::new(scenario.seats.len(), scenario.clock.time_bank, cycle_length);
@@ -61,11 +70,7 @@ impl Referee {
         let agreement = Agreement::new(scenario.seats.len());
         let (records, result) = (Vec::new(), None);
         let stands = Stands::default();
-        let mut referee =
-            Self { loaded, mode, world, seats, banks, agreement, records, result, stands, overseer: None };
-        referee.tell(vec![Vec::new(); referee.seats.len()]);
-        referee.record_hash();
-        Ok(referee)
+        Self { loaded, mode, world, seats, banks, agreement, records, result, stands, overseer: None }
     }
 
     /// Takes that a player has come, or come back. The next delta of the seat is a keyframe; the name stays that of
@@ -307,6 +312,12 @@ impl Referee {
         self.mode
     }
 
+    /// Returns the last time that was taken by [`Referee::handle_time`].
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        self.banks.now()
+    }
+
     /// Returns the cycles a second.
     #[must_use]
     pub fn rate(&self) -> f64 {
@@ -454,7 +465,16 @@ impl Referee {
 
     /// Says how the match has ended, if it has.
     fn conclude(&mut self) {
-        let Some(ending) = self.world.ending() else { return };
+        let Some(result) = self.outcome() else { return };
+        self.records.push(RecordedEvent::Ended { result: result.clone() });
+        self.result = Some(result);
+        // Nobody can be helped any more by what is held back.
+        self.stands.release();
+    }
+
+    /// Returns how the match has ended; `None` while it goes on.
+    fn outcome(&self) -> Option<MatchResult> {
+        let ending = self.world.ending()?;
         let score = |((seat, state), points): ((Seat, &SeatState), u64)| Score {
             seat,
             name: state.name.clone(),
@@ -464,17 +484,13 @@ impl Referee {
             resigned: self.world.is_out(seat),
         };
         let scores = (0..).map(Seat).zip(&self.seats).zip(self.world.points()).map(score).collect();
-        let result = MatchResult {
+        Some(MatchResult {
             winners: ending.winners.clone(),
             reason: ending.reason,
             cycles: ending.cycles,
             scores,
             hash: self.world.hash(),
-        };
-        self.records.push(RecordedEvent::Ended { result: result.clone() });
-        self.result = Some(result);
-        // Nobody can be helped any more by what is held back.
-        self.stands.release();
+        })
     }
 }
 

@@ -3,7 +3,8 @@
 use std::collections::VecDeque;
 
 use maniple_geometry::Cycle;
-use maniple_view::{Delta, Vantage, View};
+use maniple_view::{Delta, MismatchError, Vantage, View};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Most entries of the deltas that are held back in a match, over all its views: 4 million of 60 bytes, seldom of up to
@@ -118,6 +119,26 @@ impl Stand {
     }
 }
 
+/// What a stand holds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StandSnapshot {
+    pub(crate) vantage: Vantage,
+    delay: u32,
+    has_begun: bool,
+    /// What turns the view at the start into the one that stands back.
+    view: Delta,
+    held: Vec<Delta>,
+}
+
+/// All stands of a match.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StandsSnapshot {
+    pub(crate) stands: Vec<StandSnapshot>,
+    pub(crate) is_too_much: bool,
+}
+
 /// All stands of a match.
 #[derive(Debug, Default)]
 pub(crate) struct Stands {
@@ -128,6 +149,49 @@ pub(crate) struct Stands {
 }
 
 impl Stands {
+    /// Returns what all stands hold; what they show has been told.
+    pub(crate) fn snapshot(&self) -> StandsSnapshot {
+        let stand = |stand: &Stand| StandSnapshot {
+            vantage: stand.vantage,
+            delay: stand.delay(),
+            has_begun: stand.has_begun,
+            view: stand.view.keyframe(),
+            held: stand.held.iter().cloned().collect(),
+        };
+        StandsSnapshot { stands: self.stands.iter().map(stand).collect(), is_too_much: self.is_too_much }
+    }
+
+    /// Puts a stand of a snapshot in; `start` is the view at the start, `now` the one that is not held back.
+    ///
+    /// # Errors
+    /// A view, or a delta that is held back, which does not fit what is before it; `Ok(false)`: all of them do not lead to what
+    /// is seen now.
+    pub(crate) fn put_back(
+        &mut self,
+        saved: &StandSnapshot,
+        start: View,
+        now: &View,
+    ) -> Result<bool, MismatchError> {
+        let StandSnapshot { vantage, delay, has_begun, view, held } = saved;
+        let mut stand = Stand::new(*vantage, *delay, start);
+        stand.view.apply(view)?;
+        stand.has_begun = *has_begun;
+        // What is held back is shown one day, and has to fit then.
+        let mut shown = stand.view.clone();
+        for delta in held {
+            shown.apply(delta)?;
+            self.held += delta.entries();
+        }
+        stand.held.extend(held.iter().cloned());
+        self.stands.push(stand);
+        Ok(shown == *now)
+    }
+
+    /// Returns stands that hold nothing.
+    pub(crate) fn closed(is_too_much: bool) -> Self {
+        Self { is_too_much, ..Self::default() }
+    }
+
     /// Adds a stand of which `first` is the keyframe of cycle 0; `view` is that at the start.
     pub(crate) fn open(&mut self, vantage: Vantage, delay: u32, view: View, first: Delta) {
         self.stands.retain(|stand| stand.vantage != vantage);

@@ -10,6 +10,7 @@ mod merge;
 mod outcome;
 mod profile;
 mod rules;
+mod snapshot;
 mod status;
 mod tile_set;
 mod tracker;
@@ -29,6 +30,7 @@ pub use profile::{
 pub use rules::{
     ClockMode, Identity, Objective, Rules, Stops, Terrain, TerrainKnowledge, UNKNOWN_TILE, Zone,
 };
+pub use snapshot::{Present, RestoreError, TrackerSnapshot};
 pub use status::{Action, EndOfTask, Mode, Own, Status, Task};
 pub use tile_set::TileSet;
 pub use tracker::{Observation, Sighting, Stop, Tracker};

@@ -72,6 +72,24 @@ impl TileSet {
         self.runs(other, |one, other| one & !other, each);
     }
 
+    /// Returns first number and count of every longest run of tiles in the set, in ascending order.
+    #[must_use]
+    pub fn to_runs(&self) -> Vec<(u32, u32)> {
+        let mut runs = Vec::new();
+        self.runs_without(&Self::new(self.width, self.height), |first, count| runs.push((first, count)));
+        runs
+    }
+
+    /// Puts the tiles of runs of first number and count in; `None`, and some may be in, where one goes beyond the last tile.
+    #[must_use]
+    pub fn insert_runs(&mut self, runs: &[(u32, u32)]) -> Option<()> {
+        for &(first, count) in runs {
+            first.checked_add(count).filter(|&end| end <= self.area())?;
+            self.insert_run(first, count);
+        }
+        Some(())
+    }
+
     fn runs(&self, other: &Self, of: impl Fn(u64, u64) -> u64, mut each: impl FnMut(u32, u32)) {
         assert_eq!((self.width, self.height), (other.width, other.height), "sets of different maps");
         let (mut first, mut count) = (0, 0);

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use maniple_geometry::{Cycle, ObjectId};
+use serde::{Deserialize, Serialize};
 
 use crate::base::{Base, DEVIATION_MAX, DEVIATION_SKINS_MAX};
 use crate::delta::{Appeared, Changed, Delta, Ended, Moved, Shot, Stopped};
@@ -16,7 +17,8 @@ use crate::vantage::Vantage;
 use crate::view::View;
 
 /// Why an object stopped, in the server's names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Stop {
     /// It reached the end of its motions.
     Arrived,
@@ -74,15 +76,15 @@ pub struct Observation<'a> {
 
 /// What the server remembers of an object in a seat's view.
 #[derive(Clone, Copy, Debug)]
-struct Tracked {
-    handle: Handle,
+pub(crate) struct Tracked {
+    pub(crate) handle: Handle,
     /// Its true motion when it was last seen.
-    truth: Base,
+    pub(crate) truth: Base,
     /// The base in the view.
-    told: Base,
-    status: Status,
-    own: Own,
-    is_own: bool,
+    pub(crate) told: Base,
+    pub(crate) status: Status,
+    pub(crate) own: Own,
+    pub(crate) is_own: bool,
 }
 
 /// Who looks, and how closely.
@@ -102,16 +104,16 @@ struct Eyes {
 #[derive(Debug)]
 pub struct Tracker {
     eyes: Eyes,
-    next_handle: u32,
-    tracked: BTreeMap<ObjectId, Tracked>,
+    pub(crate) next_handle: u32,
+    pub(crate) tracked: BTreeMap<ObjectId, Tracked>,
     /// The objects in the view.
-    seen: BTreeMap<Handle, ObjectId>,
+    pub(crate) seen: BTreeMap<Handle, ObjectId>,
     /// Those of them that are the seat's: a map of their own, so that a handle of another's object is looked for as one that never was,
     /// with the same steps.
-    owned: BTreeMap<Handle, ObjectId>,
+    pub(crate) owned: BTreeMap<Handle, ObjectId>,
     /// The handles of those that went out of sight, where they will be known again.
-    remembered: BTreeMap<ObjectId, Handle>,
-    view: View,
+    pub(crate) remembered: BTreeMap<ObjectId, Handle>,
+    pub(crate) view: View,
 }
 
 impl Tracker {
@@ -194,6 +196,11 @@ impl Tracker {
     #[must_use]
     pub fn view(&self) -> &View {
         &self.view
+    }
+
+    /// Returns whether what only the owner knows of an object is in the view.
+    pub(crate) fn owns(&self, owner: Option<Seat>) -> bool {
+        self.eyes.vantage.owns(owner)
     }
 
     fn forget(&mut self, sightings: &[Sighting], died: &[ObjectId], delta: &mut Delta) {

@@ -211,6 +211,19 @@ impl View {
         self.ground.changes(visible)
     }
 
+    /// Returns whether these tiles are visible, and no others.
+    pub(crate) fn has_sight(&self, visible: Option<&TileSet>) -> bool {
+        self.changes_of_sight(visible).is_empty()
+    }
+
+    /// Returns whether these tiles are known, and no others; `None`: all are, from the start.
+    pub(crate) fn has_knowledge(&self, known: Option<&TileSet>) -> bool {
+        let Some(known) = known else { return true };
+        let terrain = self.terrain();
+        let is_same = |x: u32, y: u32| terrain.tile(x, y).is_some() == known.contains(x, y);
+        (0..terrain.height).all(|y| (0..terrain.width).all(|x| is_same(x, y)))
+    }
+
     /// Returns an object; `None` where it is not in sight.
     #[must_use]
     pub fn object(&self, object: Handle) -> Option<&Seen> {

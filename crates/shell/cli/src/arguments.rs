@@ -298,7 +298,10 @@ pub(crate) enum ReplayCommand {
     Info(ReplayFile),
     /// Play it again and compare the hash of every cycle; exit code 1 if one differs
     #[command(after_help = "Example: maniple replay verify duel.replay --json")]
-    Verify(ReplayFile),
+    Verify(ReplayVerify),
+    /// Write the whole state at a cycle, for `replay verify --snapshot` on another machine or build
+    #[command(after_help = "Example: maniple replay snapshot duel.replay --cycle 100 --out duel.snapshot")]
+    Snapshot(ReplaySnapshot),
     /// Print what a seat was told, cycle by cycle; or what a spectator of everything would have been told
     #[command(after_help = "Example: maniple replay view duel.replay --seat 0 --from 100 --to 120 --json")]
     View(ReplayView),
@@ -313,6 +316,29 @@ pub(crate) struct ReplayFile {
     pub(crate) file: PathBuf,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplayVerify {
+    /// A replay
+    pub(crate) file: PathBuf,
+    /// The state of the same match at a cycle, elsewhere: objects and fields that differ from it are named
+    #[arg(long, value_name = "FILE.snapshot")]
+    pub(crate) snapshot: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) json: JsonFlag,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReplaySnapshot {
+    /// A replay
+    pub(crate) file: PathBuf,
+    /// The cycle at whose start the state is taken
+    #[arg(long, value_name = "N")]
+    pub(crate) cycle: u32,
+    /// The snapshot to write
+    #[arg(long, value_name = "FILE.snapshot")]
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]

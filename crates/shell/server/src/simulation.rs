@@ -523,14 +523,22 @@ impl Simulation {
             for result in &delta.results {
                 self.metrics.results.count(&result.outcome);
             }
-            let sent = self.table.push_delta(seat, delta, || self.referee.keyframe(seat));
+            let keyframe = || {
+                self.metrics.resyncs.increment();
+                self.referee.keyframe(seat)
+            };
+            let sent = self.table.push_delta(seat, delta, keyframe);
             self.check_sent(seat, sent);
         }
     }
 
     /// Tells a seat what it has missed, if it has caught up: in lock-step the next cycle may wait for it.
     fn catch_up(&mut self, seat: Seat) {
-        let sent = self.table.catch_up(seat, || self.referee.keyframe(seat));
+        let keyframe = || {
+            self.metrics.resyncs.increment();
+            self.referee.keyframe(seat)
+        };
+        let sent = self.table.catch_up(seat, keyframe);
         self.check_sent(seat, sent);
     }
 

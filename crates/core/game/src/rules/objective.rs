@@ -4,12 +4,14 @@ use std::cmp::Reverse;
 
 use maniple_geometry::Cycle;
 use maniple_view::{EndReason, Seat, Tally};
+use serde::{Deserialize, Serialize};
 
 use crate::scenario::Objective;
 use crate::world::{SeatState, State};
 
 /// How a match ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Ending {
     /// Who won, in order of the seats; nobody is a draw.
     pub winners: Vec<Seat>,

@@ -35,6 +35,16 @@ impl Race {
         self.has_arrived.get(unit.0 as usize).copied().unwrap_or(true)
     }
 
+    /// Returns which of the units of the start have arrived.
+    pub(crate) fn arrived(&self) -> &[bool] {
+        &self.has_arrived
+    }
+
+    /// Takes which of the units of the start have arrived; `None` where they are not as many.
+    pub(crate) fn restore(&mut self, arrived: &[bool]) -> Option<()> {
+        (arrived.len() == self.has_arrived.len()).then(|| self.has_arrived.copy_from_slice(arrived))
+    }
+
     /// Returns the zones, in order of the seats.
     pub(crate) fn zones(&self) -> &[Zone] {
         &self.zones

@@ -41,6 +41,16 @@ impl Knowledge {
         Self { known, revealed: Vec::new(), walls: Vec::new() }
     }
 
+    /// Returns the tiles that were ever seen.
+    pub(super) fn known(&self) -> &TileSet {
+        &self.known
+    }
+
+    /// Takes which tiles were ever seen, as runs; `None` where one goes beyond the last tile.
+    pub(super) fn restore(&mut self, runs: &[(u32, u32)]) -> Option<()> {
+        self.known.insert_runs(runs)
+    }
+
     /// Takes that nothing is new any more.
     pub(super) fn settle(&mut self) {
         self.revealed.clear();

@@ -4,8 +4,8 @@ use glam::DVec2;
 use maniple_geometry::limits::{RADIUS_MIN, SPEED_MIN};
 use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId, Planar, Scalar, Segment};
 use maniple_kinematics::{
-    Event, InsertError, Layers, Leg, Method, OrderError, Part, Placement, Settings, Stops, Wall, WallError,
-    WallId, WallKind, World,
+    Event, InsertError, Layers, Leg, Method, OrderError, Part, Placement, RestoreError, Settings, Stops,
+    Wall, WallError, WallId, WallKind, World, WorldSnapshot,
 };
 use maniple_tilemap::TileMap;
 use maniple_view::{self as view, Base, Layer, Solver, UnitType};
@@ -124,6 +124,24 @@ impl Field {
     /// Takes an object that is there out of the world.
     pub(crate) fn remove(&mut self, object: ObjectId) {
         either!(self, world => world.remove(object)).expect("who is alive is in the world");
+    }
+
+    /// See [`World::snapshot`].
+    pub(crate) fn snapshot(&self) -> WorldSnapshot {
+        either!(self, world => world.snapshot())
+    }
+
+    /// See [`World::restore`].
+    pub(crate) fn restore(&mut self, snapshot: &WorldSnapshot) -> Result<(), RestoreError> {
+        either!(self, world => world.restore(snapshot))
+    }
+
+    /// Returns a radius as the scalar has it.
+    pub(crate) fn rounded(&self, radius: f64) -> f64 {
+        match self {
+            Self::Double(_) => radius,
+            Self::Single(_) => f32::from_f64(radius).to_f64(),
+        }
     }
 
     /// See [`World::step_by_parts`].

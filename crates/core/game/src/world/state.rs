@@ -11,6 +11,7 @@ use maniple_view::{
     Base, EndOfTask, Mode, Own, Seat, Shape, Status, Stop, Tally, Task, UnitType, UnitTypeId, Weapon,
     hull_distance,
 };
+use serde::{Deserialize, Serialize};
 
 use super::WorldError;
 use super::field::Field;
@@ -32,7 +33,7 @@ pub(crate) struct State {
     pub(crate) units: Units,
     pub(crate) seats: Vec<SeatState>,
     /// How many objects there have been that are nobody's.
-    nobodys: u32,
+    pub(crate) nobodys: u32,
     pub(crate) sight: Sight,
     /// Who came to rest in the last cycle, when and why.
     pub(crate) stops: BTreeMap<ObjectId, (Moment, Stop)>,
@@ -47,7 +48,8 @@ pub(crate) struct State {
 }
 
 /// What a match knows of a seat.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct SeatState {
     pub(crate) team: u16,
     pub(crate) stock: u32,

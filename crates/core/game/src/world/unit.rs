@@ -6,10 +6,12 @@ use glam::DVec2;
 use maniple_geometry::{Cycle, ObjectId};
 use maniple_kinematics::WallId;
 use maniple_view::{Action, Mode, Own, Seat, Status, Task, UnitTypeId};
+use serde::{Deserialize, Serialize};
 use twox_hash::XxHash3_64;
 
 /// An object of the match: a unit, a building, a resource patch.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub(crate) struct Unit {
     /// Whose it is; `None`: nobody's.
     pub(crate) owner: Option<Seat>,
@@ -42,7 +44,8 @@ pub(crate) struct Unit {
 }
 
 /// How an object takes up its place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Body {
     /// A circle of kinematics.
     Circle,
@@ -50,6 +53,8 @@ pub(crate) enum Body {
     Rectangle {
         /// World units.
         center: DVec2,
+        /// Their numbers follow from what was built before, and a snapshot has none.
+        #[serde(skip)]
         walls: Vec<WallId>,
         /// When it came to stand there.
         since: Cycle,
@@ -57,7 +62,8 @@ pub(crate) enum Body {
 }
 
 /// What an object has been told to do, other than to move.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Job {
     None,
     Attack {
@@ -87,7 +93,8 @@ pub(crate) enum Job {
 }
 
 /// How far somebody is who gathers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum Stay {
     /// On the way.
     Coming,
@@ -276,6 +283,21 @@ pub(crate) struct Units {
 }
 
 impl Units {
+    /// Returns all objects, dead or alive, by number.
+    pub(crate) fn all(&self) -> &[Unit] {
+        &self.units
+    }
+
+    /// Adds an object that may be dead and returns its number.
+    pub(crate) fn put_back(&mut self, unit: Unit) -> ObjectId {
+        let is_alive = unit.is_alive;
+        let id = self.push(unit);
+        if !is_alive {
+            self.alive.remove(&id);
+        }
+        id
+    }
+
     /// Adds a living object and returns its number.
     pub(crate) fn push(&mut self, unit: Unit) -> ObjectId {
         let id = self.next_id();

@@ -34,13 +34,11 @@ impl Referee {
     /// When cycles were played already, or the match has no such seat.
     pub fn open_stand(&mut self, vantage: Vantage, delay: u32) {
         assert_eq!(self.cycle(), Cycle(0), "who watches sees a match from its start");
-        let view = View::new(&self.rules_of(vantage), self.terrain_of(vantage));
+        let view = self.view_at_start(vantage);
         let first = match vantage {
             Vantage::Seat(seat) => self.keyframe(seat),
             Vantage::Everything => {
-                let positions = self.loaded.scenario.profile.positions;
-                let tracker = Tracker::new(vantage, self.world.skin_of_limits(), positions, view.clone());
-                self.overseer = Some(tracker);
+                self.overseer = Some(self.overseer_at_start());
                 self.look_at_everything()
             }
         };
@@ -74,6 +72,18 @@ impl Referee {
             Vantage::Seat(_) => Arc::clone(self.terrain()),
             Vantage::Everything => Arc::new(Terrain::of(&self.loaded.map)),
         }
+    }
+
+    /// Returns a view before anything was told.
+    pub(super) fn view_at_start(&self, vantage: Vantage) -> View {
+        View::new(&self.rules_of(vantage), self.terrain_of(vantage))
+    }
+
+    /// Returns who sees everything, before the first look.
+    pub(super) fn overseer_at_start(&self) -> Tracker {
+        let positions = self.loaded.scenario.profile.positions;
+        let view = self.view_at_start(Vantage::Everything);
+        Tracker::new(Vantage::Everything, self.world.skin_of_limits(), positions, view)
     }
 
     /// Hands on what a seat is told.

@@ -1,5 +1,6 @@
 //! `maniple replay`: what a match was, and that it is so again.
 
+mod verify;
 mod view;
 
 use std::fmt::Write as _;
@@ -7,12 +8,12 @@ use std::path::Path;
 
 use anyhow::Context;
 use maniple_geometry::Cycle;
-use maniple_protocol::{Record, Replay, read_replay};
-use maniple_referee::{RecordedEvent, Referee, ReplayError};
+use maniple_protocol::{Record, Replay, encode_snapshot, read_replay};
+use maniple_referee::{RecordedEvent, Referee};
 use maniple_view::{ClockMode, Digest, MatchResult, Objective, Rules, Seat};
 use serde::Serialize;
 
-use crate::arguments::{ReplayCommand, ReplayFile, ReplayRender};
+use crate::arguments::{ReplayCommand, ReplayFile, ReplayRender, ReplaySnapshot};
 use crate::failure::Failure;
 use crate::output::{Format, grouped, print};
 use crate::picture::Picture;
@@ -22,7 +23,8 @@ use crate::{files, outcome, start};
 pub(crate) fn run(command: &ReplayCommand) -> Result<(), Failure> {
     match command {
         ReplayCommand::Info(arguments) => info(arguments),
-        ReplayCommand::Verify(arguments) => verify(arguments),
+        ReplayCommand::Verify(arguments) => verify::run(arguments),
+        ReplayCommand::Snapshot(arguments) => snapshot(arguments),
         ReplayCommand::View(arguments) => view::run(arguments),
         ReplayCommand::Render(arguments) => render(arguments),
     }
@@ -99,64 +101,30 @@ fn info(arguments: &ReplayFile) -> Result<(), Failure> {
     print(Format::of(&arguments.json), &Info::of(&replay, bytes), Info::text)
 }
 
-/// Whether a replay plays again to the same hashes.
-#[derive(Debug, Serialize)]
-struct Verdict {
-    verified: bool,
-    cycles: u32,
-    /// The first cycle that differs; null where none does.
-    first_difference: Option<u32>,
-    /// The hash at the end of what agreed.
-    hash: Digest,
-}
-
-fn verify(arguments: &ReplayFile) -> Result<(), Failure> {
-    let (replay, _) = read(&arguments.file)?;
-    let mut referee = beginning(&replay, &arguments.file)?;
-    let mut verdict = Verdict { verified: true, cycles: 0, first_difference: None, hash: referee.hash() };
-    let mut difference = None;
-    for event in maniple_server::events(&replay) {
-        if let Err(error) = referee.handle_record(&event) {
-            let first = match &error {
-                ReplayError::Hash { cycle, .. } => *cycle,
-                ReplayError::Result { .. } | ReplayError::Order { .. } | ReplayError::Seat { .. } => {
-                    referee.cycle()
-                }
-            };
-            verdict.verified = false;
-            verdict.first_difference = Some(first.0);
-            difference = Some(error);
-            break;
-        }
-        verdict.cycles = referee.cycle().0;
-        verdict.hash = referee.hash();
-    }
-    print(Format::of(&arguments.json), &verdict, |verdict| match verdict.first_difference {
-        None => format!("verified: {} cycles, hash {}\n", grouped(u64::from(verdict.cycles)), verdict.hash),
-        Some(cycle) => format!("not verified: cycle {cycle} is the first that differs\n"),
-    })?;
-    match difference {
-        None => Ok(()),
-        Some(error) => {
-            Err(Failure::Failed(anyhow::Error::new(error).context(arguments.file.display().to_string())))
-        }
-    }
-}
-
 fn render(arguments: &ReplayRender) -> Result<(), Failure> {
-    let (replay, _) = read(&arguments.file)?;
-    let mut referee = beginning(&replay, &arguments.file)?;
-    let seat = arguments.seat.map(|seat| known_seat(seat, &referee)).transpose()?;
-    let wanted = Cycle(arguments.cycle);
+    let referee = played_to(&arguments.file, Cycle(arguments.cycle))?;
+    let picture = match arguments.seat {
+        Some(seat) => drawn_as_seen(&referee, known_seat(seat, &referee)?, arguments.scale)?,
+        None => drawn(&referee, arguments.scale)?,
+    };
+    files::write(&arguments.out, &picture.png()?)
+}
+
+fn snapshot(arguments: &ReplaySnapshot) -> Result<(), Failure> {
+    let referee = played_to(&arguments.file, Cycle(arguments.cycle))?;
+    files::write(&arguments.out, &encode_snapshot(&referee.snapshot()).map_err(Failure::failed)?)
+}
+
+/// Returns the match of a replay at the start of a cycle.
+fn played_to(file: &Path, wanted: Cycle) -> Result<Referee, Failure> {
+    let (replay, _) = read(file)?;
+    let mut referee = beginning(&replay, file)?;
     for event in maniple_server::events(&replay) {
         let is_beyond = matches!(&event, RecordedEvent::Hash { cycle, .. } if *cycle > wanted);
         if is_beyond {
             break;
         }
-        referee
-            .handle_record(&event)
-            .with_context(|| arguments.file.display().to_string())
-            .map_err(Failure::Failed)?;
+        referee.handle_record(&event).with_context(|| file.display().to_string()).map_err(Failure::Failed)?;
     }
     if referee.cycle() != wanted {
         return Err(Failure::usage(format!(
@@ -164,11 +132,8 @@ fn render(arguments: &ReplayRender) -> Result<(), Failure> {
             referee.cycle()
         )));
     }
-    let picture = match seat {
-        Some(seat) => drawn_as_seen(&referee, seat, arguments.scale)?,
-        None => drawn(&referee, arguments.scale)?,
-    };
-    files::write(&arguments.out, &picture.png()?)
+    referee.take_records();
+    Ok(referee)
 }
 
 /// Returns the picture of what a seat sees.
