@@ -104,6 +104,7 @@ fn a_match_over_tls_is_played_and_counted() {
     assert!(figure(&metrics, "maniple_bytes_sent_total") > figure(&metrics, "maniple_bytes_received_total"));
 }
 
+#[expect(clippy::too_many_lines, reason = "the life of one daemon, from its beginning to its end")]
 #[test]
 fn the_administration_acts_on_a_running_daemon() {
     let folder = folder("administration");
