@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use maniple_client::{Client, Event};
-use maniple_protocol::{Record, read_partial};
+use maniple_protocol::{Record, encode_snapshot, read_partial};
 use maniple_referee::Referee;
 use maniple_server::{Access, House, JournalError, Journals, Limits, Match, Server};
 use maniple_view::{ClockMode, Seat};
@@ -115,6 +115,33 @@ async fn a_match_is_taken_up_with_its_tokens_and_waits_for_its_players() {
     }
     assert_eq!(referee.result(), Some(&result));
     assert!(journals(&folder).resume().unwrap().matches.is_empty(), "nothing is left");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_match_goes_on_from_a_snapshot_and_without_one_where_it_is_of_no_use() {
+    let folder = folder("journal_snapshot");
+    let (id, bytes) = broken_off(&folder, 40).await;
+    let partial = read_partial(&bytes).unwrap();
+    let mut referee = Referee::new(loaded(LOCKSTEP), ClockMode::Lockstep).unwrap();
+    referee.open_stands();
+    let (path, journal) = (folder.join(&id).join("snapshot"), folder.join(&id).join("journal"));
+    let mut ends = Vec::new();
+    for event in maniple_server::events(&partial.replay) {
+        referee.handle_record(&event).unwrap();
+        if referee.cycle().0 == 20 && ends.is_empty() {
+            let snapshot = encode_snapshot(&referee.snapshot()).unwrap();
+            let altered = [&snapshot[..40], b"?", &snapshot[41..]].concat();
+            ends.extend([snapshot, altered, b"nonsense".to_vec()]);
+        }
+    }
+    for snapshot in ends {
+        fs::write(&path, &snapshot).unwrap();
+        let resumed = journals(&folder).resume().unwrap();
+        let [game] = &resumed.matches[..] else { panic!("{:?}", resumed.errors) };
+        assert_eq!((game.cycle(), game.hash()), (referee.cycle(), referee.hash()));
+        // From a snapshot, what is before it is not looked at.
+        assert_eq!(fs::read(&journal).unwrap().len(), partial.whole_bytes);
+    }
 }
 
 #[test]

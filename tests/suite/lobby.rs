@@ -191,12 +191,7 @@ async fn a_match_whose_players_do_not_come_is_given_up() {
     let mut alone = inn.sit(created.match_id, "").await.unwrap();
     let gone = loop {
         match alone.next().await {
-            Ok(
-                Event::Cycle(_)
-                | Event::Pong { .. }
-                | Event::Paused { .. }
-                | Event::Warned { .. },
-            ) => {}
+            Ok(Event::Cycle(_) | Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. }) => {}
             Ok(Event::Ended(_)) => panic!("it has not begun"),
             Err(error) => break error,
         }

@@ -323,12 +323,8 @@ mod tests {
             "....\n....\n....\n....\n",
             "groups = [{ unit = 'a', count = 1 }]",
         );
-        let asked = Overrides {
-            seed: Some(9),
-            rate: Some(2.0),
-            scalar: Some(Scalar::F32),
-            ..Overrides::default()
-        };
+        let asked =
+            Overrides { seed: Some(9), rate: Some(2.0), scalar: Some(Scalar::F32), ..Overrides::default() };
         let first = load(&files, "s/tiny.toml", &asked).unwrap();
         let paths: Vec<&str> = first.files.0.iter().map(|file| file.path.as_str()).collect();
         assert_eq!(paths, ["s/tiny.toml", "m/tiny.map"]);

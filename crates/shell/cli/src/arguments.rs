@@ -16,6 +16,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use maniple_game::Overrides;
 use maniple_view::ClockMode;
+use maniple_view::Digest;
 
 use crate::output::JsonFlag;
 pub(crate) use admin::Admin;
@@ -259,6 +260,9 @@ pub(crate) struct Bot {
     pub(crate) connect: SocketAddr,
     #[command(flatten)]
     pub(crate) tls: TlsArguments,
+    /// The number of the match, where the server has a lobby
+    #[arg(long = "match", value_name = "NUMBER")]
+    pub(crate) match_id: Option<Digest>,
     /// The token of the seat, as `maniple serve` prints it; without it any seat that is open to all
     #[arg(
         long,
@@ -283,6 +287,9 @@ pub(crate) struct Watch {
     pub(crate) connect: SocketAddr,
     #[command(flatten)]
     pub(crate) tls: TlsArguments,
+    /// The number of the match, where the server has a lobby
+    #[arg(long = "match", value_name = "NUMBER")]
+    pub(crate) match_id: Option<Digest>,
     /// The seat to watch; without it everything
     #[arg(long, value_name = "K")]
     pub(crate) seat: Option<u16>,

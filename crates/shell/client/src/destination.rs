@@ -20,7 +20,13 @@ impl Destination {
     /// Returns a match of a server by its number; without it, it is the one that the server plays by itself.
     #[must_use]
     pub fn of_match(address: impl Into<String>, id: Digest) -> Self {
-        Self { enter: Some((id, None)), ..Self::from(address.into()) }
+        Self::from(address.into()).entering(id)
+    }
+
+    /// Returns the same server with a match of its lobby.
+    #[must_use]
+    pub fn entering(self, id: Digest) -> Self {
+        Self { enter: Some((id, None)), ..self }
     }
 
     /// Returns the same with the open seat that is wanted.

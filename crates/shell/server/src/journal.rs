@@ -6,6 +6,7 @@
 //! FOLDER/lock                          held while a daemon uses the folder
 //! FOLDER/3f0a5c2e91d07b64/match.json   clock and tokens
 //! FOLDER/3f0a5c2e91d07b64/journal      header, commands and hashes; see docs/PROTOCOL.md
+//! FOLDER/3f0a5c2e91d07b64/snapshot     now and then, the state from which the rest of the journal is played again
 //! FOLDER/3f0a5c2e91d07b64/fault.txt    why it was given up; it is not taken up again
 //! FOLDER/finished/3f0a5c2e91d07b64.replay
 //! ```
@@ -43,6 +44,9 @@ const JOURNAL: &str = "journal";
 
 /// What has to be known of a match beside its journal.
 const MATCH: &str = "match.json";
+
+/// The state at some cycle of the journal.
+const SNAPSHOT: &str = "snapshot";
 
 /// Why a match was given up.
 const FAULT: &str = "fault.txt";
@@ -217,6 +221,14 @@ impl Journal {
         self.waiting.clear();
         self.health.note_write();
         Ok(())
+    }
+
+    /// Keeps the state of the match in place of the one before. What cannot be written is no loss: the journal has all.
+    pub(crate) fn keep_snapshot(&self, bytes: &[u8]) {
+        let (new, path) = (self.folder.join("snapshot.new"), self.folder.join(SNAPSHOT));
+        if let Err(error) = fs::write(&new, bytes).and_then(|()| fs::rename(&new, &path)) {
+            tracing::warn!(path = %path.display(), %error, "a snapshot is not kept");
+        }
     }
 
     /// Ends the journal of a match that has ended, which from now on is a replay.

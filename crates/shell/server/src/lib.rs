@@ -45,7 +45,7 @@ pub use pace::LATE_PERIODS_MAX;
 pub use queue::{CONTROLS_WAITING_MAX, FLUSH_TIMEOUT};
 pub use recording::{BUILD, Recording, RecordingError, StartError, events, files, loaded, overrides};
 pub use server::{House, Server};
-pub use simulation::{EVENTS_BEFORE_STEP_MAX, RETURN_TIMEOUT};
+pub use simulation::{EVENTS_BEFORE_STEP_MAX, RETURN_TIMEOUT, SNAPSHOT_CYCLES};
 pub use socket::{SEND_BUFFER_SIZE, UNSENT_MAX};
 pub use table::NEWS_WAITING_MAX;
 pub use token::{Token, TokenError};

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use maniple_game::Loaded;
 use maniple_geometry::Cycle;
+use maniple_protocol::encode_snapshot;
 use maniple_referee::Referee;
 use maniple_view::{ClockMode, Digest, Seat};
 use thiserror::Error;
@@ -50,6 +51,17 @@ impl Recording<Sink> {
         match self.sink() {
             Sink::Replay(_) => Ok(()),
             Sink::Journal(journal) => journal.commit().map_err(RecordingError::Write),
+        }
+    }
+
+    /// Keeps a snapshot beside the journal, where there is one. A match goes on without it, only more slowly.
+    pub(crate) fn keep_snapshot(&mut self, referee: &Referee) {
+        match self.sink() {
+            Sink::Replay(_) => {}
+            Sink::Journal(journal) => match encode_snapshot(&referee.snapshot()) {
+                Ok(bytes) => journal.keep_snapshot(&bytes),
+                Err(error) => tracing::warn!(%error, "a match is too large for a snapshot"),
+            },
         }
     }
 

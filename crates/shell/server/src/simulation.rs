@@ -32,6 +32,9 @@ pub const EVENTS_BEFORE_STEP_MAX: usize = 64 * IN_FLIGHT_MAX + SPECTATORS_MAX * 
 /// Time for the players of a match that goes on after the daemon was killed to come back; then it goes on without them.
 pub const RETURN_TIMEOUT: Duration = Duration::from_secs(10);
 
+/// Cycles from one snapshot of a match that is kept to the next; a match that is taken up is played again from the last.
+pub const SNAPSHOT_CYCLES: u32 = 4096;
+
 /// What happens outside of the simulation.
 #[derive(Debug)]
 pub(crate) enum Event {
@@ -180,7 +183,10 @@ impl Simulation {
         let Played { referee, id, table, recording, events, finished, occupancy, begin_within, is_resumed } =
             played;
         let metrics = Arc::clone(occupancy.metrics());
-        let return_within = is_resumed.then_some(RETURN_TIMEOUT);
+        // A match that goes on from a snapshot has had its time before.
+        let passed = referee.time();
+        let start = Instant::now().checked_sub(passed).expect("times of matches are far below 2^63 s");
+        let return_within = is_resumed.then_some(passed + RETURN_TIMEOUT);
         let audience = Audience::new(table.spectators_max());
         Self {
             referee,
@@ -189,7 +195,7 @@ impl Simulation {
             audience,
             recording,
             events,
-            start: Instant::now(),
+            start,
             pace: None,
             is_shutting_down: false,
             is_called_off: false,
@@ -366,6 +372,9 @@ impl Simulation {
         self.record()?;
         if let Some(recording) = &mut self.recording {
             recording.commit()?;
+            if self.referee.cycle().0.is_multiple_of(SNAPSHOT_CYCLES) {
+                recording.keep_snapshot(&self.referee);
+            }
         }
         for seat in self.table.seats() {
             self.send_delta(seat);

@@ -20,6 +20,7 @@ async fn watch(arguments: &Watch) -> Result<(), Failure> {
     let view = arguments.seat.map_or(Vantage::Everything, |seat| Vantage::Seat(Seat(seat)));
     let place = || format!("the match at {}", arguments.connect);
     let server = arguments.tls.server(arguments.connect)?;
+    let server = arguments.match_id.map_or(server.clone(), |id| server.entering(id));
     let spectator = Spectator::watch(server, maniple_server::BUILD, view).await;
     let mut spectator = spectator.with_context(place).map_err(Failure::Failed)?;
     let delay = spectator.delay();

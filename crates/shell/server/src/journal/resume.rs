@@ -1,13 +1,16 @@
 //! Takes matches up again where a daemon has left them.
 
+use std::fmt::Display;
 use std::fs::{self, OpenOptions};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use maniple_protocol::{Partial, ReplayProblem, read_partial};
-use maniple_referee::Referee;
+use maniple_game::Loaded;
+use maniple_protocol::{Partial, ReplayProblem, decode_snapshot, read_partial};
+use maniple_referee::{RecordedEvent, Referee, Snapshot};
 
-use super::{FAULT, FINISHED, JOURNAL, JournalError, Journals, Kept, MATCH, file_error};
+use super::{FAULT, FINISHED, JOURNAL, JournalError, Journals, Kept, MATCH, SNAPSHOT, file_error};
 use crate::matches::{Match, Sink};
 use crate::recording::{Recording, events, loaded};
 
@@ -74,7 +77,7 @@ impl Journals {
         };
         check_tail(&partial, &bytes).map_err(|problem| altered(&path, problem))?;
         partial.cut_to_last_hash();
-        let referee = referee(&kept, &partial).map_err(|problem| altered(&path, problem))?;
+        let referee = referee(folder, &kept, &partial).map_err(|problem| altered(&path, problem))?;
         if access.len() != referee.seats() {
             let problem = format!("{} tokens for {} seats", access.len(), referee.seats());
             return Err(altered(&kept_path, problem));
@@ -103,13 +106,54 @@ fn check_tail(partial: &Partial, bytes: &[u8]) -> Result<(), String> {
     if is_torn { Ok(()) } else { Err(fault.to_string()) }
 }
 
-/// Plays a match again up to where its journal ends.
-fn referee(kept: &Kept, partial: &Partial) -> Result<Referee, String> {
-    let loaded = loaded(&partial.replay.header).map_err(|error| error.to_string())?;
-    let mut referee = Referee::new(loaded, kept.clock).map_err(|error| error.to_string())?;
-    referee.open_stands();
-    for event in events(&partial.replay) {
-        referee.handle_record(&event).map_err(|error| error.to_string())?;
+/// Plays a match again up to where its journal ends, from its snapshot if there is one.
+fn referee(folder: &Path, kept: &Kept, partial: &Partial) -> Result<Referee, String> {
+    let loaded = Arc::new(loaded(&partial.replay.header).map_err(|error| error.to_string())?);
+    let records: Vec<RecordedEvent> = events(&partial.replay).collect();
+    let (mut referee, played) = match snapshot(folder, kept, &loaded, &records) {
+        Some(going_on) => going_on,
+        None => {
+            let mut referee = Referee::new(loaded, kept.clock).map_err(|error| error.to_string())?;
+            referee.open_stands();
+            (referee, 0)
+        }
+    };
+    for event in &records[played..] {
+        referee.handle_record(event).map_err(|error| error.to_string())?;
     }
     Ok(referee)
+}
+
+/// Returns the match of a snapshot, and how many of the records are behind it; `None` where there is none, or none that belongs to the
+/// journal, which is said: then all is played again.
+fn snapshot(
+    folder: &Path,
+    kept: &Kept,
+    loaded: &Arc<Loaded>,
+    records: &[RecordedEvent],
+) -> Option<(Referee, usize)> {
+    let path = folder.join(SNAPSHOT);
+    let bytes = match fs::read(&path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == ErrorKind::NotFound => return None,
+        Err(error) => return useless(&path, &error),
+    };
+    let snapshot: Snapshot = match decode_snapshot(&bytes) {
+        Ok(snapshot) => snapshot,
+        Err(error) => return useless(&path, &error),
+    };
+    let referee = match Referee::resume(Arc::clone(loaded), kept.clock, &snapshot) {
+        Ok(referee) => referee,
+        Err(error) => return useless(&path, &error),
+    };
+    let hash = RecordedEvent::Hash { cycle: referee.cycle(), hash: referee.hash() };
+    match records.iter().position(|record| *record == hash) {
+        Some(place) => Some((referee, place + 1)),
+        None => useless(&path, &"the journal does not lead to its state"),
+    }
+}
+
+fn useless<T>(path: &Path, problem: &dyn Display) -> Option<T> {
+    tracing::warn!(path = %path.display(), %problem, "a snapshot is of no use; the match is played again from its start");
+    None
 }
