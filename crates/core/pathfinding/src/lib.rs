@@ -11,6 +11,7 @@ mod jump;
 mod lattice;
 mod planner;
 mod pull;
+mod release;
 #[cfg(test)]
 mod tests;
 mod tighten;
@@ -20,3 +21,4 @@ pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
+pub use release::{Goals, Group, ReleaseError, Request, Schedule, Walk, release};

@@ -36,6 +36,12 @@ impl<'a> Planner<'a> {
         }
     }
 
+    /// Returns the ground that it plans on.
+    #[must_use]
+    pub fn ground(&self) -> &'a Ground {
+        self.ground
+    }
+
     /// Returns the goals of straight legs, one after the other, that lead a circle from a point to another without touching a
     /// wall; none where it is there. Exactly the goal comes last.
     ///

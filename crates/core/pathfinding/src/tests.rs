@@ -3,6 +3,7 @@
 mod errors;
 mod optimum;
 mod real;
+mod release;
 mod search;
 mod twins;
 mod walk;

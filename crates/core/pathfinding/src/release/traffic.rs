@@ -1,0 +1,69 @@
+//! Who is on the way already, and when another can depart.
+
+use maniple_geometry::Scalar;
+
+use super::conflict::{Span, forbid};
+use super::trajectory::Trajectory;
+
+/// How much longer at both ends a span is taken to be than it was computed, in cycles: 2^-26, about 1.5e-8. Spans of neighbouring
+/// pieces meet in one moment, and rounding must not leave a slit between them. The gap between circles has room for it.
+const SLIT: f64 = 1.0 / (1u64 << 26) as f64;
+
+/// A circle that keeps to its plan.
+#[derive(Clone, Debug)]
+pub(crate) struct Planned {
+    pub(crate) trajectory: Trajectory,
+    /// In cycles since the beginning of the schedule.
+    pub(crate) departure: f64,
+    pub(crate) radius: f64,
+}
+
+/// All circles whose plans stand.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Traffic {
+    planned: Vec<Planned>,
+    /// Memory of one question.
+    spans: Vec<Span>,
+}
+
+impl Traffic {
+    pub(crate) fn push(&mut self, planned: Planned) {
+        self.planned.push(planned);
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.planned.len()
+    }
+
+    /// Returns the earliest moment, not before `from`, at which a circle can depart without ever coming nearer to any other than
+    /// both radii, and the gap above it; `None` where there is none. `reach` is its radius and the gap.
+    pub(crate) fn earliest(&mut self, trajectory: &Trajectory, reach: f64, from: f64) -> Option<f64> {
+        self.spans.clear();
+        for other in &self.planned {
+            let first = self.spans.len();
+            forbid(trajectory, &other.trajectory, reach + other.radius, &mut self.spans);
+            let mut kept = first;
+            for index in first..self.spans.len() {
+                let span = self.spans[index];
+                let span = Span {
+                    from: span.from + other.departure - SLIT,
+                    to: span.to + other.departure + SLIT,
+                };
+                if span.to > from {
+                    self.spans[kept] = span;
+                    kept += 1;
+                }
+            }
+            self.spans.truncate(kept);
+        }
+        self.spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
+        let mut departure = from;
+        for span in &self.spans {
+            if span.from >= departure {
+                break;
+            }
+            departure = departure.greater(span.to);
+        }
+        departure.is_finite().then_some(departure)
+    }
+}
