@@ -7,6 +7,7 @@
 
 mod assign;
 mod conflict;
+mod ends;
 mod error;
 mod lanes;
 mod order;

@@ -112,17 +112,23 @@ pub(crate) fn cheapest(count: usize, cost: impl Fn(usize, usize) -> f64) -> Vec<
     assigned
 }
 
-/// Returns for each start the place of its goal, where all have to pass one point: who is nearest to it goes to the goal that is
-/// farthest from it, so that nobody has to pass another.
-pub(crate) fn by_passage(to_cut: &[f64], from_cut: &[f64]) -> Vec<usize> {
-    let sorted = |distances: &[f64]| {
-        let mut places: Vec<usize> = (0..distances.len()).collect();
-        places.sort_unstable_by(|&a, &b| distances[a].total_cmp(&distances[b]).then(a.cmp(&b)));
-        places
-    };
-    let mut assigned = vec![0; to_cut.len()];
-    for (start, goal) in sorted(to_cut).into_iter().zip(sorted(from_cut).into_iter().rev()) {
-        assigned[start] = goal;
+/// Where a start or a goal lies, seen from a narrow place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sight {
+    /// How far it is, in world units of way.
+    pub(crate) distance: f64,
+    /// In which direction: -1 is wholly to the left of who goes through, 1 wholly to the right.
+    pub(crate) bearing: f64,
+}
+
+/// Returns the lane of each place: who is farther to the left takes a lane farther to the left, so that nobody crosses the
+/// stream of another lane, and as many take each lane.
+pub(crate) fn lanes(seen: &[Sight], count: usize) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..seen.len()).collect();
+    places.sort_unstable_by(|&a, &b| seen[a].bearing.total_cmp(&seen[b].bearing).then(a.cmp(&b)));
+    let mut lanes = vec![0; seen.len()];
+    for (rank, place) in places.into_iter().enumerate() {
+        lanes[place] = rank * count / seen.len();
     }
-    assigned
+    lanes
 }

@@ -29,7 +29,7 @@ const LANES_MAX: usize = 12;
 
 /// A line across a path on which the middle of a circle has room.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Cut {
+pub(crate) struct Cut {
     /// The end to the left of who goes along the path, as on a screen.
     left: DVec2,
     right: DVec2,
@@ -38,6 +38,13 @@ struct Cut {
 impl Cut {
     fn width(&self) -> f64 {
         self.left.distance(self.right)
+    }
+
+    /// In which direction a point lies: -1 is wholly to the left, 1 wholly to the right.
+    pub(crate) fn bearing(&self, point: DVec2) -> f64 {
+        let (across, away) = (self.right - self.left, point - 0.5 * (self.left + self.right));
+        let scale = across.length() * away.length();
+        if scale > 0.0 { across.dot(away) / scale } else { 0.0 }
     }
 
     /// The point of a lane of `lanes`, counted from the left.
@@ -61,13 +68,15 @@ impl Lanes {
     /// Returns the lanes through the narrow places of a path that keeps clear of walls; `reach` is how far the middles of two
     /// circles are apart at least.
     pub(crate) fn new(ground: &Ground, from: DVec2, legs: &[DVec2], reach: f64) -> Self {
+        let forced: Option<usize> = std::env::var("LANES").ok().map(|l| l.parse().unwrap());
         let cuts = cuts(ground, from, legs);
         let narrowest = cuts.iter().flatten().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
         let (count, density) = best(narrowest, reach);
+        let count = forced.filter(|_| count <= LANES_MAX).unwrap_or(count);
         if count > LANES_MAX {
             return Self { cuts: Vec::new(), count: 1, density: None };
         }
-        let widest = narrowest * AS_NARROW + reach;
+        let widest = narrowest * 1.05 + 0.05;
         let is_narrow = |cut: &Option<Cut>| cut.is_some_and(|cut| cut.width() <= widest);
         let mut kept = Vec::new();
         for (index, cut) in cuts.iter().enumerate() {
@@ -79,6 +88,16 @@ impl Lanes {
             }
         }
         Self { cuts: kept, count, density: Some(density) }
+    }
+
+    /// The first cut; `None` where nothing is narrow.
+    pub(crate) fn first(&self) -> Option<&Cut> {
+        self.cuts.first()
+    }
+
+    /// The last cut.
+    pub(crate) fn last(&self) -> Option<&Cut> {
+        self.cuts.last()
     }
 
     /// The points at which a lane passes the cuts, in their order.

@@ -1,99 +1,170 @@
-//! Who goes next.
+//! Who goes next, and where.
 
-use glam::DVec2;
+use super::ends::Ends;
 
-use super::schedule::Unit;
-use super::trajectory::Trajectory;
+/// How many of those who have not left stand in the way of somebody.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Blocked {
+    /// Circles of the same group.
+    own: u32,
+    /// Circles of other groups, which may have left in time.
+    others: u32,
+}
 
-/// Who has not left, and what stands in whose way.
+/// What the choice of who goes next looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Care {
+    /// The way is free of all who wait, and the goal lies on the way of none of them.
+    Free,
+    /// The way is free of all who wait.
+    Open,
+    /// The way is free of those of the own group who wait.
+    OwnOpen,
+    /// None.
+    Any,
+}
+
+/// Who has not left, and what is in whose way.
 #[derive(Clone, Debug)]
 pub(crate) struct Order {
     /// By number, in the order in which they go if they can.
     waiting: Vec<usize>,
-    /// For each circle and each of its ways how many circles of its own group that wait stand in it, and of others.
-    blocked: Vec<Vec<(u32, u32)>>,
-    /// For each circle the ways that it stands in.
-    stands_in: Vec<Vec<(usize, usize)>>,
-    /// For each circle how many waiting ones have all their ways over its goal.
+    /// For each start who stands in its legs.
+    start_blocked: Vec<Blocked>,
+    /// For each goal who stands in its legs.
+    goal_blocked: Vec<Blocked>,
+    /// For each start the starts in whose legs it stands, and the goals.
+    stands_in: Vec<(Vec<usize>, Vec<usize>)>,
+    /// For each goal how many legs that have not been taken lead over it.
     covered: Vec<u32>,
-    /// For each circle the circles over whose goals all its ways lead.
-    covers: Vec<Vec<usize>>,
+    /// For each start, and for each goal, the goals over which its legs lead.
+    start_covers: Vec<Vec<usize>>,
+    goal_covers: Vec<Vec<usize>>,
+    /// The goals of each stream that have not been taken.
+    free: Vec<Vec<usize>>,
+    /// The group of each goal.
+    group_of_goal: Vec<usize>,
 }
 
 impl Order {
-    /// Returns the order of circles that are sorted by who should go first; `reach` is how far two middles are apart at least.
-    pub(crate) fn new(units: &[Unit], reach: f64) -> Self {
-        let count = units.len();
+    /// Returns the order; `reach` is how far the middles of two circles are apart at least.
+    pub(crate) fn new(ends: &Ends, reach: f64) -> Self {
+        let (starts, goals) = (&ends.starts, &ends.goals);
+        let mut group_of_goal = vec![0; goals.len()];
+        for start in starts {
+            for &goal in &ends.streams[start.stream] {
+                group_of_goal[goal] = start.group;
+            }
+        }
         let mut order = Self {
-            waiting: (0..count).collect(),
-            blocked: units.iter().map(|unit| vec![(0, 0); unit.ways.len()]).collect(),
-            stands_in: vec![Vec::new(); count],
-            covered: vec![0; count],
-            covers: vec![Vec::new(); count],
+            waiting: (0..starts.len()).collect(),
+            start_blocked: vec![Blocked::default(); starts.len()],
+            goal_blocked: vec![Blocked::default(); goals.len()],
+            stands_in: vec![(Vec::new(), Vec::new()); starts.len()],
+            covered: vec![0; goals.len()],
+            start_covers: vec![Vec::new(); starts.len()],
+            goal_covers: vec![Vec::new(); goals.len()],
+            free: ends.streams.clone(),
+            group_of_goal,
         };
-        for (number, unit) in units.iter().enumerate() {
-            for (other, standing) in units.iter().enumerate() {
-                if other == number {
-                    continue;
+        for (number, start) in starts.iter().enumerate() {
+            for (other, standing) in starts.iter().enumerate() {
+                if other != number && start.trajectory.leads_over(standing.point, reach) {
+                    order.start_blocked[number].add(start.group == standing.group);
+                    order.stands_in[other].0.push(number);
                 }
-                let point = standing.ways[0].start();
-                for (way, trajectory) in unit.ways.iter().enumerate() {
-                    if leads_over(trajectory, point, reach) {
-                        let blocked = &mut order.blocked[number][way];
-                        let is_own = standing.group == unit.group;
-                        *(if is_own { &mut blocked.0 } else { &mut blocked.1 }) += 1;
-                        order.stands_in[other].push((number, way));
-                    }
-                }
-                if unit.ways.iter().all(|way| leads_over(way, standing.goal, reach)) {
+            }
+            for (other, goal) in goals.iter().enumerate() {
+                if start.trajectory.leads_over(goal.point, reach) {
                     order.covered[other] += 1;
-                    order.covers[number].push(other);
+                    order.start_covers[number].push(other);
                 }
             }
         }
+        order.look_from_goals(ends, reach);
         order
     }
 
-    /// Returns who goes next, and by which of its ways it can; `None` where all have left.
-    ///
-    /// That is the first whose way is free of those who wait, and whose goal is in nobody's way; else the first whose way is
-    /// free; else the first whose own group leaves it a way, since others may leave in time; else simply the first.
-    pub(crate) fn next(&self, units: &[Unit]) -> Option<(usize, Vec<usize>)> {
-        let all = |number: usize| (0..units[number].ways.len()).collect::<Vec<_>>();
-        let ways = |number: usize, is_open: fn(&(u32, u32)) -> bool| {
-            let ways = all(number).into_iter();
-            ways.filter(|&way| is_open(&self.blocked[number][way])).collect::<Vec<_>>()
-        };
-        let is_free: fn(&(u32, u32)) -> bool = |&(own, others)| own == 0 && others == 0;
-        let is_free_of_own: fn(&(u32, u32)) -> bool = |&(own, _)| own == 0;
-        let find = |is_open, may_cover: bool| {
-            self.waiting.iter().find_map(|&number| {
-                let is_harmless = may_cover || self.covered[number] == 0;
-                let ways = if is_harmless { ways(number, is_open) } else { Vec::new() };
-                (!ways.is_empty()).then_some((number, ways))
-            })
-        };
-        find(is_free, false)
-            .or_else(|| find(is_free, true))
-            .or_else(|| find(is_free_of_own, true))
-            .or_else(|| self.waiting.first().map(|&number| (number, all(number))))
+    fn look_from_goals(&mut self, ends: &Ends, reach: f64) {
+        for (number, goal) in ends.goals.iter().enumerate() {
+            for (other, standing) in ends.starts.iter().enumerate() {
+                let is_own_start = goal.trajectory.start() == standing.point;
+                if !is_own_start && goal.trajectory.leads_over(standing.point, reach) {
+                    self.goal_blocked[number].add(self.group_of_goal[number] == standing.group);
+                    self.stands_in[other].1.push(number);
+                }
+            }
+            for (other, another) in ends.goals.iter().enumerate() {
+                if other != number && goal.trajectory.leads_over(another.point, reach) {
+                    self.covered[other] += 1;
+                    self.goal_covers[number].push(other);
+                }
+            }
+        }
     }
 
-    /// Notes that a circle has left.
-    pub(crate) fn leave(&mut self, units: &[Unit], number: usize) {
-        self.waiting.retain(|&waiting| waiting != number);
-        for &(other, way) in &self.stands_in[number] {
-            let blocked = &mut self.blocked[other][way];
-            let is_own = units[other].group == units[number].group;
-            *(if is_own { &mut blocked.0 } else { &mut blocked.1 }) -= 1;
+    /// Returns who goes next and the goal to which; `None` where all have left.
+    pub(crate) fn next(&self, ends: &Ends) -> Option<(usize, usize)> {
+        [Care::Free, Care::Open, Care::OwnOpen, Care::Any].into_iter().find_map(|care| self.find(ends, care))
+    }
+
+    /// The first circle of those that wait who can go with this care, and the first goal of its stream that it can go to.
+    fn find(&self, ends: &Ends, care: Care) -> Option<(usize, usize)> {
+        // The stream that was looked at last has no such goal.
+        let mut hopeless = None;
+        for &number in &self.waiting {
+            let stream = ends.starts[number].stream;
+            if !care.takes(self.start_blocked[number]) || hopeless == Some(stream) {
+                continue;
+            }
+            let is_good = |&&goal: &&usize| {
+                care.takes(self.goal_blocked[goal]) && (care != Care::Free || self.covered[goal] == 0)
+            };
+            match self.free[stream].iter().find(is_good) {
+                Some(&goal) => return Some((number, goal)),
+                None => hopeless = Some(stream),
+            }
         }
-        for &other in &self.covers[number] {
+        None
+    }
+
+    /// Notes that a circle has left for a goal.
+    pub(crate) fn leave(&mut self, ends: &Ends, (start, goal): (usize, usize)) {
+        let group = ends.starts[start].group;
+        self.waiting.retain(|&waiting| waiting != start);
+        self.free[ends.starts[start].stream].retain(|&free| free != goal);
+        for &other in &self.stands_in[start].0 {
+            self.start_blocked[other].subtract(ends.starts[other].group == group);
+        }
+        for &other in &self.stands_in[start].1 {
+            self.goal_blocked[other].subtract(self.group_of_goal[other] == group);
+        }
+        for &other in self.start_covers[start].iter().chain(&self.goal_covers[goal]) {
             self.covered[other] -= 1;
         }
     }
 }
 
-/// Whether the legs of a trajectory come nearer than `reach` to a point.
-fn leads_over(trajectory: &Trajectory, point: DVec2, reach: f64) -> bool {
-    trajectory.is_near(point, reach)
+impl Blocked {
+    fn add(&mut self, is_own: bool) {
+        *self.count(is_own) += 1;
+    }
+
+    fn subtract(&mut self, is_own: bool) {
+        *self.count(is_own) -= 1;
+    }
+
+    fn count(&mut self, is_own: bool) -> &mut u32 {
+        if is_own { &mut self.own } else { &mut self.others }
+    }
+}
+
+impl Care {
+    fn takes(self, blocked: Blocked) -> bool {
+        match self {
+            Self::Free | Self::Open => blocked == Blocked::default(),
+            Self::OwnOpen => blocked.own == 0,
+            Self::Any => true,
+        }
+    }
 }

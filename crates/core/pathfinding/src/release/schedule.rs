@@ -3,12 +3,11 @@
 use glam::DVec2;
 use maniple_geometry::{Circle, Scalar};
 
-use super::assign::{by_distance, by_passage};
+use super::ends::Ends;
 use super::error::ReleaseError;
 use super::order::Order;
 use super::traffic::{Planned, Traffic};
 use super::trajectory::Trajectory;
-use super::trunk::Trunk;
 use crate::ground::{Ground, MARGIN};
 use crate::planner::Planner;
 
@@ -68,126 +67,40 @@ pub struct Schedule {
 /// Returns a schedule under which no circle ever comes nearer to another than touching and [`MARGIN`], nor to a wall.
 ///
 /// # Errors
-/// A group with fewer or more goals than circles, goals too near to each other, an end without a path, or nobody left whose way is
-/// ever free: then another planner has to help.
+/// A group with fewer or more goals than circles, an end without a path, or nobody left whose way is ever free: then another
+/// planner has to help.
 pub fn release(ground: &Ground, request: &Request<'_>) -> Result<Schedule, ReleaseError> {
     let mut planner = Planner::new(ground);
-    let units = units(&mut planner, request)?;
+    let mut ends = Ends::default();
+    for (number, group) in request.groups.iter().enumerate() {
+        ends.add(&mut planner, number, group)?;
+    }
     let mut traffic = Traffic::default();
     for circle in request.still {
         let trajectory = Trajectory::still(circle.center);
         traffic.push(Planned { trajectory, departure: 0.0, radius: circle.radius });
     }
-    let mut order = Order::new(&units, 2.0 * ground.radius() + MARGIN);
+    let mut order = Order::new(&ends, 2.0 * ground.radius() + MARGIN);
     let mut walks: Vec<Vec<Option<Walk>>> =
         request.groups.iter().map(|group| vec![None; group.starts.len()]).collect();
     let mut makespan = 0.0;
-    while let Some((number, ways)) = order.next(&units) {
-        let unit = &units[number];
-        let reach = ground.radius() + MARGIN;
-        let mut best: Option<(f64, f64, &Trajectory)> = None;
-        for way in ways.iter().map(|&way| &unit.ways[way]) {
-            let Some(departure) = traffic.earliest(way, reach, 0.0) else { continue };
-            let arrival = departure + way.duration();
-            if best.is_none_or(|(_, earliest, _)| arrival < earliest) {
-                best = Some((departure, arrival, way));
-            }
-        }
-        let (departure, arrival, way) = best.ok_or(ReleaseError::NoDeparture {
-            group: unit.group,
-            circle: unit.index,
-            from: way_start(unit),
-            to: unit.goal,
+    while let Some((start_number, goal_number)) = order.next(&ends) {
+        let (start, goal) = (&ends.starts[start_number], &ends.goals[goal_number]);
+        let legs = [&start.legs[..], &goal.legs].concat();
+        let trajectory = Trajectory::new(start.point, &legs, request.speed);
+        let departure = traffic.earliest(&trajectory, ground.radius() + MARGIN, 0.0);
+        let departure = departure.ok_or(ReleaseError::NoDeparture {
+            group: start.group,
+            circle: start.index,
+            from: start.point,
+            to: goal.point,
         })?;
-        let legs = way.legs().iter().map(|leg| leg.position(leg.until)).collect();
-        walks[unit.group][unit.index] = Some(Walk { goal: unit.place, departure, arrival, legs });
-        traffic.push(Planned { trajectory: way.clone(), departure, radius: ground.radius() });
-        order.leave(&units, number);
+        let arrival = departure + trajectory.duration();
+        walks[start.group][start.index] = Some(Walk { goal: goal.index, departure, arrival, legs });
+        traffic.push(Planned { trajectory, departure, radius: ground.radius() });
+        order.leave(&ends, (start_number, goal_number));
         makespan = arrival.greater(makespan);
     }
     let all = |walks: Vec<Option<Walk>>| walks.into_iter().map(|walk| walk.expect("all left")).collect();
     Ok(Schedule { walks: walks.into_iter().map(all).collect(), makespan })
-}
-
-fn way_start(unit: &Unit) -> DVec2 {
-    unit.ways[0].start()
-}
-
-/// A circle and its ways.
-#[derive(Clone, Debug)]
-pub(crate) struct Unit {
-    pub(crate) group: usize,
-    /// Its place among the circles of its group.
-    pub(crate) index: usize,
-    /// The place of its goal.
-    pub(crate) place: usize,
-    pub(crate) goal: DVec2,
-    /// At least one.
-    pub(crate) ways: Vec<Trajectory>,
-    /// Who is nearer to where all have to pass goes first, in world units.
-    pub(crate) distance: f64,
-}
-
-/// Returns all circles with their ways, by group, and within it by who goes first.
-fn units(planner: &mut Planner<'_>, request: &Request<'_>) -> Result<Vec<Unit>, ReleaseError> {
-    let mut units = Vec::new();
-    for (number, group) in request.groups.iter().enumerate() {
-        if group.starts.len() != group.goals.len() {
-            return Err(ReleaseError::Goals {
-                group: number,
-                circles: group.starts.len(),
-                goals: group.goals.len(),
-            });
-        }
-        if !group.starts.is_empty() {
-            let first = units.len();
-            add_group(planner, (number, group), request.speed, &mut units)?;
-            units[first..].sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));
-        }
-    }
-    Ok(units)
-}
-
-fn add_group(
-    planner: &mut Planner<'_>,
-    (number, group): (usize, &Group),
-    speed: f64,
-    units: &mut Vec<Unit>,
-) -> Result<(), ReleaseError> {
-    let ground = planner.ground();
-    let ends = (middle_of(&group.starts), middle_of(&group.goals));
-    let trunk = Trunk::new(ground, planner, ends, 2.0 * ground.radius() + MARGIN)?;
-    let to_cut = distances(&group.starts, |start| trunk.distance_to_cut(planner, start))?;
-    let places = match group.whose {
-        Goals::Own => (0..group.starts.len()).collect(),
-        Goals::Interchangeable if trunk.is_straight() => by_distance(&group.starts, &group.goals),
-        Goals::Interchangeable => {
-            let from_cut = distances(&group.goals, |goal| trunk.distance_from_cut(planner, goal))?;
-            by_passage(&to_cut, &from_cut)
-        }
-    };
-    for (index, &start) in group.starts.iter().enumerate() {
-        let goal = group.goals[places[index]];
-        let way = |lane| {
-            let legs = trunk.way(planner, lane, (start, goal))?;
-            Ok(Trajectory::new(start, &legs, speed))
-        };
-        let ways = (0..trunk.lanes.count).map(way).collect::<Result<Vec<_>, ReleaseError>>()?;
-        units.push(Unit { group: number, index, place: places[index], goal, ways, distance: to_cut[index] });
-    }
-    Ok(())
-}
-
-fn distances(
-    points: &[DVec2],
-    distance: impl FnMut(DVec2) -> Result<f64, crate::PlanError>,
-) -> Result<Vec<f64>, crate::PlanError> {
-    points.iter().copied().map(distance).collect()
-}
-
-/// The point that is nearest to the middle of all.
-fn middle_of(points: &[DVec2]) -> DVec2 {
-    let middle = points.iter().sum::<DVec2>() / points.len() as f64;
-    let distance = |point: &&DVec2| point.distance_squared(middle);
-    *points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a group has circles")
 }

@@ -134,12 +134,11 @@ impl Trajectory {
         self.legs().last().map_or(0.0, |leg| leg.until)
     }
 
-    /// Whether its legs come nearer than `reach` to a point; the whole trajectory, where it stays.
-    pub(crate) fn is_near(&self, point: DVec2, reach: f64) -> bool {
+    /// Whether its legs come nearer than `reach` to a point.
+    pub(crate) fn leads_over(&self, point: DVec2, reach: f64) -> bool {
         let place = Piece::rest(point, 0.0, 0.0);
-        let legs = if self.legs().is_empty() { &self.pieces[..] } else { self.legs() };
         !self.whole.is_far(&place, reach)
-            && legs.iter().any(|leg| !leg.is_far(&place, reach) && leg.distance_squared(point) < reach * reach)
+            && self.legs().iter().any(|leg| !leg.is_far(&place, reach) && leg.distance_squared(point) < reach * reach)
     }
 
     /// Where it is, so many cycles after the departure.

@@ -2,9 +2,9 @@
 
 use glam::DVec2;
 
+use super::assign::Sight;
 use super::lanes::Lanes;
 use crate::error::PlanError;
-use crate::ground::Ground;
 use crate::planner::{Planner, length};
 
 /// The shared way, and who goes where on it.
@@ -18,15 +18,14 @@ pub(crate) struct Trunk {
 }
 
 impl Trunk {
-    /// Returns the shared way from one point to another for circles whose middles keep `reach` from each other.
+    /// Returns the shared way from one point to another, of which `lanes_of` says the lanes.
     pub(crate) fn new(
-        ground: &Ground,
         planner: &mut Planner<'_>,
         (from, to): (DVec2, DVec2),
-        reach: f64,
+        lanes_of: impl FnOnce(&[DVec2]) -> Lanes,
     ) -> Result<Self, PlanError> {
         let legs = planner.path(from, to)?.to_vec();
-        let lanes = Lanes::new(ground, from, &legs, reach);
+        let lanes = lanes_of(&legs);
         let mut ways = Vec::new();
         let mut ends = Vec::new();
         for lane in 0..lanes.count {
@@ -50,39 +49,70 @@ impl Trunk {
         self.ends.is_none() && self.ways[0].len() <= 2
     }
 
-    /// Returns the way of one circle by a lane: onto the shared way as far ahead as it sees it, and off it as early as it sees
-    /// its goal; but through every cut.
-    pub(crate) fn way(
+    /// Returns the legs of a circle to the last cut by a lane: onto the shared way as far ahead as it sees it.
+    ///
+    /// # Panics
+    /// Where nothing is narrow.
+    pub(crate) fn entry(
         &self,
         planner: &mut Planner<'_>,
         lane: usize,
-        (from, to): (DVec2, DVec2),
+        from: DVec2,
     ) -> Result<Vec<DVec2>, PlanError> {
-        let way = &self.ways[lane];
-        let Some((first, last)) = self.ends.as_ref().map(|ends| ends[lane]) else {
-            return Ok(self.free_way(planner, (from, to))?);
-        };
+        let (way, (first, last)) = (&self.ways[lane], self.ends(lane));
         let ground = planner.ground();
-        let entry = (0..=first).rev().find(|&index| ground.is_clear(from, way[index]));
-        let exit = (last..way.len()).find(|&index| ground.is_clear(way[index], to));
-        let mut legs = match entry {
+        let seen = (1..=first).rev().find(|&index| ground.is_clear(from, way[index]));
+        let mut legs = match seen {
             Some(entry) => way[entry..=first].to_vec(),
             None => planner.path(from, way[first])?.to_vec(),
         };
         legs.extend_from_slice(&way[first + 1..=last]);
-        match exit {
-            Some(exit) => legs.extend_from_slice(&way[last + 1..=exit]),
-            None => {
-                legs.extend_from_slice(planner.path(way[last], to)?);
-                return Ok(legs);
-            }
-        }
+        Ok(legs)
+    }
+
+    /// Returns the legs of a circle from the last cut by a lane to a goal: off the shared way as early as it sees the goal.
+    ///
+    /// # Panics
+    /// Where nothing is narrow.
+    pub(crate) fn exit(
+        &self,
+        planner: &mut Planner<'_>,
+        lane: usize,
+        to: DVec2,
+    ) -> Result<Vec<DVec2>, PlanError> {
+        let (way, (_, last)) = (&self.ways[lane], self.ends(lane));
+        let ground = planner.ground();
+        let Some(seen) = (last..way.len() - 1).find(|&index| ground.is_clear(way[index], to)) else {
+            return Ok(planner.path(way[last], to)?.to_vec());
+        };
+        let mut legs = way[last + 1..=seen].to_vec();
         legs.push(to);
         Ok(legs)
     }
 
-    /// The way where nothing is narrow: straight ahead, by the shared way, or a way of its own.
-    fn free_way(&self, planner: &mut Planner<'_>, (from, to): (DVec2, DVec2)) -> Result<Vec<DVec2>, PlanError> {
+    /// Where the last cut is passed by a lane.
+    ///
+    /// # Panics
+    /// Where nothing is narrow.
+    pub(crate) fn gate(&self, lane: usize) -> DVec2 {
+        self.ways[lane][self.ends(lane).1]
+    }
+
+    fn ends(&self, lane: usize) -> (usize, usize) {
+        self.ends.as_ref().expect("there is a narrow place")[lane]
+    }
+
+    /// Returns whether there is a narrow place.
+    pub(crate) fn is_narrow(&self) -> bool {
+        self.ends.is_some()
+    }
+
+    /// Returns the legs of a circle where nothing is narrow: straight ahead, by the shared way, or a way of its own.
+    pub(crate) fn way(
+        &self,
+        planner: &mut Planner<'_>,
+        (from, to): (DVec2, DVec2),
+    ) -> Result<Vec<DVec2>, PlanError> {
         let (way, ground) = (&self.ways[0], planner.ground());
         if ground.is_clear(from, to) {
             return Ok(vec![to]);
@@ -99,25 +129,29 @@ impl Trunk {
         Ok(planner.path(from, to)?.to_vec())
     }
 
-    /// Returns how far it is for a circle to the first cut, in world units; to the end of the way where nothing is narrow.
-    pub(crate) fn distance_to_cut(&self, planner: &mut Planner<'_>, from: DVec2) -> Result<f64, PlanError> {
-        let way = &self.ways[self.lanes.count / 2];
-        let first = self.ends.as_ref().map_or(way.len() - 1, |ends| ends[self.lanes.count / 2].0);
+    /// Returns a start as it is seen from the first cut; from the end of the way where nothing is narrow.
+    pub(crate) fn sight_of_start(&self, planner: &mut Planner<'_>, from: DVec2) -> Result<Sight, PlanError> {
+        let lane = self.lanes.count / 2;
+        let way = &self.ways[lane];
+        let first = self.ends.as_ref().map_or(way.len() - 1, |ends| ends[lane].0);
         let ground = planner.ground();
-        match (0..=first).rev().find(|&index| ground.is_clear(from, way[index])) {
-            Some(entry) => Ok(length(from, &way[entry..=first])),
-            None => Ok(length(from, planner.path(from, way[first])?)),
-        }
+        let distance = match (1..=first).rev().find(|&index| ground.is_clear(from, way[index])) {
+            Some(entry) => length(from, &way[entry..=first]),
+            None => length(from, planner.path(from, way[first])?),
+        };
+        Ok(Sight { distance, bearing: self.lanes.first().map_or(0.0, |cut| cut.bearing(from)) })
     }
 
-    /// Returns how far a goal is from the last cut, in world units; from the beginning of the way where nothing is narrow.
-    pub(crate) fn distance_from_cut(&self, planner: &mut Planner<'_>, to: DVec2) -> Result<f64, PlanError> {
-        let way = &self.ways[self.lanes.count / 2];
-        let last = self.ends.as_ref().map_or(0, |ends| ends[self.lanes.count / 2].1);
+    /// Returns a goal as it is seen from the last cut; from the beginning of the way where nothing is narrow.
+    pub(crate) fn sight_of_goal(&self, planner: &mut Planner<'_>, to: DVec2) -> Result<Sight, PlanError> {
+        let lane = self.lanes.count / 2;
+        let way = &self.ways[lane];
+        let last = self.ends.as_ref().map_or(0, |ends| ends[lane].1);
         let ground = planner.ground();
-        match (last..way.len()).find(|&index| ground.is_clear(way[index], to)) {
-            Some(exit) => Ok(length(way[last], &way[last + 1..=exit]) + way[exit].distance(to)),
-            None => Ok(length(way[last], planner.path(way[last], to)?)),
-        }
+        let distance = match (last..way.len() - 1).find(|&index| ground.is_clear(way[index], to)) {
+            Some(exit) => length(way[last], &way[last + 1..=exit]) + way[exit].distance(to),
+            None => length(way[last], planner.path(way[last], to)?),
+        };
+        Ok(Sight { distance, bearing: self.lanes.last().map_or(0.0, |cut| cut.bearing(to)) })
     }
 }

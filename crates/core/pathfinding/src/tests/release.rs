@@ -75,7 +75,7 @@ fn walk(map: &TileMap, radius: f64, groups: &[Group], schedule: &Schedule) -> (u
 
 #[test]
 fn a_hundred_go_through_gaps() {
-    for width in [1, 2, 3] {
+    for width in std::env::var("WIDTHS").map_or(vec![1, 2, 3], |w| w.split(",").map(|w| w.parse().unwrap()).collect()) {
         let map = gap(width);
         let ground = Ground::new(&map, RADIUS).unwrap();
         let middle = 0.5 * f64::from(map.width());
@@ -94,4 +94,24 @@ fn a_hundred_go_through_gaps() {
         println!("   straight {direct}");
         assert_eq!(collisions, 0);
     }
+}
+
+#[test]
+fn debug_print() {
+        let map = gap(3);
+        let ground = Ground::new(&map, RADIUS).unwrap();
+        let middle = 0.5 * f64::from(map.width());
+        let groups = [Group {
+            starts: block((10, 10), DVec2::new(middle - 4.5, 4.5)),
+            goals: block((10, 10), DVec2::new(middle - 4.5, 28.5)),
+            whose: Goals::Interchangeable,
+        }];
+        let request = Request { groups: &groups, speed: SPEED, still: &[] };
+        let schedule = release(&ground, &request).unwrap();
+        let mut all: Vec<_> = schedule.walks[0].iter().zip(&groups[0].starts).collect();
+        all.sort_by(|a, b| a.0.departure.total_cmp(&b.0.departure));
+        for (walk, start) in all {
+            let first = crate::length(*start, &walk.legs[..1]) / SPEED;
+            println!("{start} dep {:.1} entry {:.1} arr {:.1} legs {:?}", walk.departure, walk.departure + first, walk.arrival, walk.legs.iter().map(|l| format!("{:.2},{:.2}", l.x, l.y)).collect::<Vec<_>>());
+        }
 }
