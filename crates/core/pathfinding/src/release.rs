@@ -6,6 +6,7 @@
 //! earliest moment that none of those before it forbids ([`traffic`]).
 
 mod assign;
+mod bound;
 mod conflict;
 mod ends;
 mod error;
@@ -16,5 +17,6 @@ mod traffic;
 mod trajectory;
 mod trunk;
 
+pub use bound::bound;
 pub use error::ReleaseError;
 pub use schedule::{Goals, Group, Request, Schedule, Walk, release};

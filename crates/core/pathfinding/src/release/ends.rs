@@ -49,9 +49,16 @@ pub(crate) struct Ends {
     pub(crate) goals: Vec<Goal>,
     /// The goals of each stream, those that are to be taken first before the others.
     pub(crate) streams: Vec<Vec<usize>>,
+    /// How many lanes fewer than fit are taken.
+    fewer_lanes: usize,
 }
 
 impl Ends {
+    /// Returns no ends yet; through narrow places lead so many lanes fewer than let most circles through, but at least one.
+    pub(crate) fn new(fewer_lanes: usize) -> Self {
+        Self { fewer_lanes, ..Self::default() }
+    }
+
     /// Takes in a group.
     pub(crate) fn add(
         &mut self,
@@ -68,7 +75,9 @@ impl Ends {
         }
         let ground = planner.ground();
         let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
-        let lanes_of = |legs: &[DVec2]| Lanes::new(ground, from, legs, 2.0 * ground.radius() + MARGIN);
+        let lanes_of = |legs: &[DVec2]| {
+            Lanes::new(ground, from, legs, 2.0 * ground.radius() + MARGIN).without(self.fewer_lanes)
+        };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
         let first = self.starts.len();
         if trunk.is_narrow() {
@@ -172,7 +181,7 @@ fn seen(
 }
 
 /// The point that is nearest to the middle of all.
-fn middle_of(points: &[DVec2]) -> DVec2 {
+pub(crate) fn middle_of(points: &[DVec2]) -> DVec2 {
     let middle = points.iter().sum::<DVec2>() / points.len() as f64;
     let distance = |point: &&DVec2| point.distance_squared(middle);
     *points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a group has circles")

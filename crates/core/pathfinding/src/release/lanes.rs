@@ -21,8 +21,11 @@ const DIRECTIONS: [(f64, f64); 8] =
 /// The largest cosine between the path and a direction across it: 45 degrees.
 const ACROSS_COSINE_MAX: f64 = 0.71;
 
-/// Places that are wider than the narrowest by less than this part of it, and a diameter, belong to a passage.
-const AS_NARROW: f64 = 1.25;
+/// Places that are wider than the narrowest by less than this part of it, and [`AS_NARROW_LENGTH`], are as narrow.
+const AS_NARROW_PART: f64 = 0.05;
+
+/// In world units.
+const AS_NARROW_LENGTH: f64 = 0.05;
 
 /// More lanes than these are not worth the work: so wide a place is none to be narrow.
 const LANES_MAX: usize = 12;
@@ -68,15 +71,13 @@ impl Lanes {
     /// Returns the lanes through the narrow places of a path that keeps clear of walls; `reach` is how far the middles of two
     /// circles are apart at least.
     pub(crate) fn new(ground: &Ground, from: DVec2, legs: &[DVec2], reach: f64) -> Self {
-        let forced: Option<usize> = std::env::var("LANES").ok().map(|l| l.parse().unwrap());
         let cuts = cuts(ground, from, legs);
         let narrowest = cuts.iter().flatten().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
         let (count, density) = best(narrowest, reach);
-        let count = forced.filter(|_| count <= LANES_MAX).unwrap_or(count);
         if count > LANES_MAX {
             return Self { cuts: Vec::new(), count: 1, density: None };
         }
-        let widest = narrowest * 1.05 + 0.05;
+        let widest = narrowest * (1.0 + AS_NARROW_PART) + AS_NARROW_LENGTH;
         let is_narrow = |cut: &Option<Cut>| cut.is_some_and(|cut| cut.width() <= widest);
         let mut kept = Vec::new();
         for (index, cut) in cuts.iter().enumerate() {
@@ -88,6 +89,17 @@ impl Lanes {
             }
         }
         Self { cuts: kept, count, density: Some(density) }
+    }
+
+    /// Returns the same with so many lanes fewer, but at least one.
+    pub(crate) fn without(mut self, fewer: usize) -> Self {
+        self.count = self.count.saturating_sub(fewer).max(1);
+        self
+    }
+
+    /// How wide the widest of the cuts is, in world units; 0 where there is none.
+    pub(crate) fn width(&self) -> f64 {
+        self.cuts.iter().map(Cut::width).fold(0.0, Scalar::greater)
     }
 
     /// The first cut; `None` where nothing is narrow.

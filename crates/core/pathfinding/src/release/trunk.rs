@@ -102,6 +102,15 @@ impl Trunk {
         self.ends.as_ref().expect("there is a narrow place")[lane]
     }
 
+    /// How far it is from the first cut to the last one, in world units.
+    pub(crate) fn length_of_cuts(&self) -> f64 {
+        let way = &self.ways[self.lanes.count / 2];
+        self.ends.as_ref().map_or(0.0, |ends| {
+            let (first, last) = ends[self.lanes.count / 2];
+            length(way[first], &way[first + 1..=last])
+        })
+    }
+
     /// Returns whether there is a narrow place.
     pub(crate) fn is_narrow(&self) -> bool {
         self.ends.is_some()
