@@ -3,6 +3,7 @@
 //! The server does not plan. This is a library for those who do, bots and clients: the same input gives the same
 //! bits, and nothing here reads a clock or a file. What it promises and what it costs: `docs/PATHFINDING.md`.
 
+mod around;
 mod bits;
 mod error;
 mod field;
@@ -17,6 +18,7 @@ mod tests;
 mod tighten;
 mod walls;
 
+pub use around::{Crowd, Detours};
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};

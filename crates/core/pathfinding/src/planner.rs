@@ -123,7 +123,7 @@ impl<'a> Planner<'a> {
         if path.last() != Some(&to) {
             path.push(to);
         }
-        pull(&ground.walls, path);
+        pull(|from, to| ground.walls.is_clear(from, to), path);
         tightening.tighten(&ground.walls, ground.room(), path);
         // The goal comes last by itself.
         path.pop();

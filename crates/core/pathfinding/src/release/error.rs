@@ -23,9 +23,9 @@ pub enum ReleaseError {
     Path(#[from] PlanError),
     /// A circle would meet others whenever it departed.
     #[error(
-        "circle {circle} of group {group} finds no departure from ({}, {}) to ({}, {}) without meeting others; move them one after \
-         the other, or plan in steps",
-        from.x, from.y, to.x, to.y
+        "circle {circle} of group {group} in ({}, {}) finds no departure without meeting others; give it another goal, or plan in \
+         steps",
+        from.x, from.y
     )]
     NoDeparture {
         /// The place of the group in the request.
@@ -34,7 +34,5 @@ pub enum ReleaseError {
         circle: usize,
         /// Where it is.
         from: DVec2,
-        /// Where it was to go.
-        to: DVec2,
     },
 }

@@ -12,8 +12,8 @@ struct Blocked {
 }
 
 /// What the choice of who goes next looks at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Care {
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Care {
     /// The way is free of all who wait, and the goal lies on the way of none of them.
     Free,
     /// The way is free of all who wait.
@@ -29,6 +29,8 @@ enum Care {
 pub(crate) struct Order {
     /// By number, in the order in which they go if they can.
     waiting: Vec<usize>,
+    /// Those of them who are put off until another has left.
+    put_off: Vec<usize>,
     /// For each start who stands in its legs.
     start_blocked: Vec<Blocked>,
     /// For each goal who stands in its legs.
@@ -58,6 +60,7 @@ impl Order {
         }
         let mut order = Self {
             waiting: (0..starts.len()).collect(),
+            put_off: Vec::new(),
             start_blocked: vec![Blocked::default(); starts.len()],
             goal_blocked: vec![Blocked::default(); goals.len()],
             stands_in: vec![(Vec::new(), Vec::new()); starts.len()],
@@ -103,9 +106,30 @@ impl Order {
         }
     }
 
-    /// Returns who goes next and the goal to which; `None` where all have left.
-    pub(crate) fn next(&self, ends: &Ends) -> Option<(usize, usize)> {
-        [Care::Free, Care::Open, Care::OwnOpen, Care::Any].into_iter().find_map(|care| self.find(ends, care))
+    /// Returns who goes next and the goal to which, and with which care; `None` where nobody is left who was not put off.
+    pub(crate) fn next(&self, ends: &Ends) -> Option<((usize, usize), Care)> {
+        let cares = [Care::Free, Care::Open, Care::OwnOpen, Care::Any];
+        cares.into_iter().find_map(|care| self.find(ends, care).map(|found| (found, care)))
+    }
+
+    /// Returns whether all have left.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
+    /// Returns the first of those who wait.
+    pub(crate) fn first(&self, count: usize) -> Vec<usize> {
+        self.waiting.iter().copied().take(count).collect()
+    }
+
+    /// Returns the goals of a stream that have not been taken.
+    pub(crate) fn goals(&self, stream: usize) -> &[usize] {
+        &self.free[stream]
+    }
+
+    /// Passes over a circle until another has left.
+    pub(crate) fn put_off(&mut self, start: usize) {
+        self.put_off.push(start);
     }
 
     /// The first circle of those that wait who can go with this care, and the first goal of its stream that it can go to.
@@ -114,7 +138,8 @@ impl Order {
         let mut hopeless = None;
         for &number in &self.waiting {
             let stream = ends.starts[number].stream;
-            if !care.takes(self.start_blocked[number]) || hopeless == Some(stream) {
+            if !care.takes(self.start_blocked[number]) || hopeless == Some(stream) || self.put_off.contains(&number)
+            {
                 continue;
             }
             let is_good = |&&goal: &&usize| {
@@ -132,6 +157,7 @@ impl Order {
     pub(crate) fn leave(&mut self, ends: &Ends, (start, goal): (usize, usize)) {
         let group = ends.starts[start].group;
         self.waiting.retain(|&waiting| waiting != start);
+        self.put_off.clear();
         self.free[ends.starts[start].stream].retain(|&free| free != goal);
         for &other in &self.stands_in[start].0 {
             self.start_blocked[other].subtract(ends.starts[other].group == group);

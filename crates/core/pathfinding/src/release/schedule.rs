@@ -5,11 +5,19 @@ use maniple_geometry::{Circle, Scalar};
 
 use super::ends::Ends;
 use super::error::ReleaseError;
-use super::order::Order;
+use super::order::{Care, Order};
 use super::traffic::{Planned, Traffic};
 use super::trajectory::Trajectory;
+use crate::around::{Crowd, Detours};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::Planner;
+
+/// Circles, and goals for each, for which a way around others is looked for before somebody departs who relies on others to have left.
+const DETOURS_MAX: usize = 4;
+
+/// From where on goals are numbered in a crowd, and from where those who stay.
+const GOALS: usize = 1 << 24;
+const STILL: usize = 1 << 25;
 
 /// Whose goals are whose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,38 +97,132 @@ pub fn release(ground: &Ground, request: &Request<'_>) -> Result<Schedule, Relea
     best
 }
 
+/// One try to find a schedule.
 fn attempt(ground: &Ground, request: &Request<'_>, fewer_lanes: usize) -> Result<Schedule, ReleaseError> {
     let mut planner = Planner::new(ground);
     let mut ends = Ends::new(fewer_lanes);
     for (number, group) in request.groups.iter().enumerate() {
         ends.add(&mut planner, number, group)?;
     }
-    let mut traffic = Traffic::default();
-    for circle in request.still {
-        let trajectory = Trajectory::still(circle.center);
-        traffic.push(Planned { trajectory, departure: 0.0, radius: circle.radius });
-    }
+    let mut board = Board::new(ground, request, &ends);
     let mut order = Order::new(&ends, 2.0 * ground.radius() + MARGIN);
     let mut walks: Vec<Vec<Option<Walk>>> =
         request.groups.iter().map(|group| vec![None; group.starts.len()]).collect();
     let mut makespan = 0.0;
-    while let Some((start_number, goal_number)) = order.next(&ends) {
-        let (start, goal) = (&ends.starts[start_number], &ends.goals[goal_number]);
-        let legs = [&start.legs[..], &goal.legs].concat();
-        let trajectory = Trajectory::new(start.point, &legs, request.speed);
-        let departure = traffic.earliest(&trajectory, ground.radius() + MARGIN, 0.0);
-        let departure = departure.ok_or(ReleaseError::NoDeparture {
-            group: start.group,
-            circle: start.index,
-            from: start.point,
-            to: goal.point,
-        })?;
+    while !order.is_empty() {
+        let departing = board.next(&ends, &mut order)?;
+        let Departing { start: number, goal: goal_number, departure, trajectory } = departing;
+        let (start, goal) = (&ends.starts[number], &ends.goals[goal_number]);
         let arrival = departure + trajectory.duration();
+        let legs = trajectory.legs().iter().map(|leg| leg.end()).collect();
         walks[start.group][start.index] = Some(Walk { goal: goal.index, departure, arrival, legs });
-        traffic.push(Planned { trajectory, departure, radius: ground.radius() });
-        order.leave(&ends, (start_number, goal_number));
+        board.leave((number, start.point), (goal_number, goal.point));
+        board.traffic.push(Planned { trajectory, departure, radius: ground.radius() });
+        order.leave(&ends, (number, goal_number));
         makespan = arrival.greater(makespan);
     }
     let all = |walks: Vec<Option<Walk>>| walks.into_iter().map(|walk| walk.expect("all left")).collect();
     Ok(Schedule { walks: walks.into_iter().map(all).collect(), makespan })
+}
+
+/// A circle that has been found a departure.
+struct Departing {
+    start: usize,
+    goal: usize,
+    departure: f64,
+    trajectory: Trajectory,
+}
+
+/// Where everybody is: on the way, or at rest.
+struct Board<'a> {
+    ground: &'a Ground,
+    speed: f64,
+    traffic: Traffic,
+    /// Who stays, who waits, and those who have arrived, as somebody sees them who goes when all others rest.
+    crowd: Crowd,
+    detours: Detours<'a>,
+}
+
+impl<'a> Board<'a> {
+    fn new(ground: &'a Ground, request: &Request<'_>, ends: &Ends) -> Self {
+        let mut board = Self {
+            ground,
+            speed: request.speed,
+            traffic: Traffic::default(),
+            crowd: Crowd::new(),
+            detours: Detours::new(ground),
+        };
+        for (number, circle) in request.still.iter().enumerate() {
+            let trajectory = Trajectory::still(circle.center);
+            board.traffic.push(Planned { trajectory, departure: 0.0, radius: circle.radius });
+            board.crowd.insert(STILL + number, circle.center, ground.radius() + circle.radius + MARGIN);
+        }
+        for (number, start) in ends.starts.iter().enumerate() {
+            board.crowd.insert(number, start.point, board.reach());
+        }
+        board
+    }
+
+    /// How far the middles of two circles keep from each other.
+    fn reach(&self) -> f64 {
+        2.0 * self.ground.radius() + MARGIN
+    }
+
+    /// Returns who departs next, when and how.
+    fn next(&mut self, ends: &Ends, order: &mut Order) -> Result<Departing, ReleaseError> {
+        let mut has_tried_detours = false;
+        while let Some((choice, care)) = order.next(ends) {
+            if care > Care::Open && !has_tried_detours {
+                has_tried_detours = true;
+                for number in order.first(DETOURS_MAX) {
+                    if let Some(departing) = self.detour(ends, order, number)? {
+                        return Ok(departing);
+                    }
+                }
+            }
+            let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
+            let legs = [&start.legs[..], &goal.legs].concat();
+            let trajectory = Trajectory::new(start.point, &legs, self.speed);
+            if let Some(departing) = self.departing(choice, trajectory) {
+                return Ok(departing);
+            }
+            if let Some(departing) = self.detour(ends, order, choice.0)? {
+                return Ok(departing);
+            }
+            order.put_off(choice.0);
+        }
+        let number = order.first(1)[0];
+        let start = &ends.starts[number];
+        let (group, circle, from) = (start.group, start.index, start.point);
+        Err(ReleaseError::NoDeparture { group, circle, from })
+    }
+
+    fn departing(&mut self, (start, goal): (usize, usize), trajectory: Trajectory) -> Option<Departing> {
+        let departure = self.traffic.earliest(&trajectory, self.ground.radius() + MARGIN, 0.0)?;
+        Some(Departing { start, goal, departure, trajectory })
+    }
+
+    /// A way around all who rest, to the first goal of the stream to which there is one.
+    fn detour(&mut self, ends: &Ends, order: &Order, number: usize) -> Result<Option<Departing>, ReleaseError> {
+        let start = &ends.starts[number];
+        self.crowd.remove(number, start.point, self.reach());
+        let mut found = None;
+        for &goal in order.goals(start.stream).iter().take(DETOURS_MAX) {
+            let legs = self.detours.path(&self.crowd, start.point, ends.goals[goal].point)?;
+            let Some(legs) = legs else { continue };
+            let trajectory = Trajectory::new(start.point, &legs, self.speed);
+            found = self.departing((number, goal), trajectory);
+            if found.is_some() {
+                break;
+            }
+        }
+        self.crowd.insert(number, start.point, self.reach());
+        Ok(found)
+    }
+
+    fn leave(&mut self, start: (usize, DVec2), goal: (usize, DVec2)) {
+        let reach = self.reach();
+        self.crowd.remove(start.0, start.1, reach);
+        self.crowd.insert(GOALS + goal.0, goal.1, reach);
+    }
 }

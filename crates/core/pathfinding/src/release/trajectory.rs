@@ -40,6 +40,11 @@ impl Piece {
         self.velocity != DVec2::ZERO
     }
 
+    /// The centre at the end, exactly.
+    pub(crate) fn end(&self) -> DVec2 {
+        self.end
+    }
+
     /// How long it lasts, in cycles.
     pub(crate) fn duration(&self) -> f64 {
         self.until - self.since
