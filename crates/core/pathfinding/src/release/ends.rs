@@ -76,6 +76,9 @@ impl Ends {
         let ground = planner.ground();
         let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
         let lanes_of = |legs: &[DVec2]| {
+            if circles == 1 {
+                return Lanes::none();
+            }
             Lanes::new(ground, from, legs, 2.0 * ground.radius() + MARGIN).without(self.fewer_lanes)
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;

@@ -21,11 +21,8 @@ const DIRECTIONS: [(f64, f64); 8] =
 /// The largest cosine between the path and a direction across it: 45 degrees.
 const ACROSS_COSINE_MAX: f64 = 0.71;
 
-/// Places that are wider than the narrowest by less than this part of it, and [`AS_NARROW_LENGTH`], are as narrow.
-const AS_NARROW_PART: f64 = 0.05;
-
-/// In world units.
-const AS_NARROW_LENGTH: f64 = 0.05;
+/// Places that are wider than the narrowest by at most so many world units are as narrow.
+const AS_NARROW: f64 = 0.05;
 
 /// More lanes than these are not worth the work: so wide a place is none to be narrow.
 const LANES_MAX: usize = 12;
@@ -44,8 +41,13 @@ impl Cut {
     }
 
     /// In which direction a point lies: -1 is wholly to the left, 1 wholly to the right.
+    ///
+    /// It is seen from half the width beyond the cut: from there the lanes fan out, so that ways of different lanes do not cross.
     pub(crate) fn bearing(&self, point: DVec2) -> f64 {
-        let (across, away) = (self.right - self.left, point - 0.5 * (self.left + self.right));
+        let across = self.right - self.left;
+        let away = point - 0.5 * (self.left + self.right);
+        let side = if across.perp_dot(away) < 0.0 { -0.5 } else { 0.5 };
+        let away = away + across.perp() * side;
         let scale = across.length() * away.length();
         if scale > 0.0 { across.dot(away) / scale } else { 0.0 }
     }
@@ -75,9 +77,9 @@ impl Lanes {
         let narrowest = cuts.iter().flatten().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
         let (count, density) = best(narrowest, reach);
         if count > LANES_MAX {
-            return Self { cuts: Vec::new(), count: 1, density: None };
+            return Self::none();
         }
-        let widest = narrowest * (1.0 + AS_NARROW_PART) + AS_NARROW_LENGTH;
+        let widest = narrowest + AS_NARROW;
         let is_narrow = |cut: &Option<Cut>| cut.is_some_and(|cut| cut.width() <= widest);
         let mut kept = Vec::new();
         for (index, cut) in cuts.iter().enumerate() {
@@ -89,6 +91,11 @@ impl Lanes {
             }
         }
         Self { cuts: kept, count, density: Some(density) }
+    }
+
+    /// Returns no lanes, as where nothing is narrow.
+    pub(crate) fn none() -> Self {
+        Self { cuts: Vec::new(), count: 1, density: None }
     }
 
     /// Returns the same with so many lanes fewer, but at least one.

@@ -73,8 +73,8 @@ pub struct Schedule {
 }
 
 /// Lanes that are tried: as many as let most circles through side by side, and one fewer, since circles that come from aside need
-/// more room where they turn.
-const FEWER_LANES_MAX: usize = 1;
+/// more room where they turn; and, as long as there is no schedule, so many fewer.
+const FEWER_LANES_MAX: usize = 3;
 
 /// Returns a schedule under which no circle ever comes nearer to another than touching and [`MARGIN`], nor to a wall; of those that
 /// are tried, the one that ends first.
@@ -84,14 +84,22 @@ const FEWER_LANES_MAX: usize = 1;
 /// planner has to help.
 pub fn release(ground: &Ground, request: &Request<'_>) -> Result<Schedule, ReleaseError> {
     let mut best: Result<Schedule, ReleaseError> = attempt(ground, request, 0);
-    if let Err(error @ (ReleaseError::Goals { .. } | ReleaseError::Path(_))) = best {
-        return Err(error);
-    }
     for fewer_lanes in 1..=FEWER_LANES_MAX {
-        if let Ok(schedule) = attempt(ground, request, fewer_lanes)
-            && best.as_ref().map_or(true, |best| schedule.makespan < best.makespan)
-        {
-            best = Ok(schedule);
+        if matches!(best, Err(ReleaseError::Goals { .. } | ReleaseError::Path(_))) {
+            return best;
+        }
+        let another = attempt(ground, request, fewer_lanes);
+        let is_better = match (&best, &another) {
+            (Ok(best), Ok(another)) => another.makespan < best.makespan,
+            (Err(_), Ok(_)) => true,
+            (Ok(_) | Err(_), Err(_)) => false,
+        };
+        let is_enough = best.is_ok();
+        if is_better {
+            best = another;
+        }
+        if is_enough {
+            break;
         }
     }
     best

@@ -189,3 +189,20 @@ fn scattered_circles_go_each_to_a_goal_of_its_own() {
     }
     println!("{found} of 20");
 }
+
+#[test]
+fn debug_print() {
+        let map = gap(4);
+        let ground = Ground::new(&map, RADIUS).unwrap();
+        let middle = 0.5 * f64::from(map.width());
+        let groups = [group(block((10, 10), DVec2::new(middle, 9.0)), block((10, 10), DVec2::new(middle, 33.0)))];
+        let request = Request { groups: &groups, speed: SPEED, still: &[] };
+        let schedule = release(&ground, &request).unwrap();
+        let mut all: Vec<_> = schedule.walks[0].iter().zip(&groups[0].starts).collect();
+        all.sort_by(|a, b| a.0.departure.total_cmp(&b.0.departure));
+        for (walk, start) in all {
+            let k = walk.legs.iter().position(|l| l.y >= 19.99).unwrap();
+            let first = crate::length(*start, &walk.legs[..k + 1]) / SPEED;
+            println!("lane {:.2} entry {:.1} dep {:.1} {start} arr {:.1} legs {:?}", walk.legs[k].x, walk.departure + first, walk.departure, walk.arrival, walk.legs.iter().map(|l| format!("{:.2},{:.2}", l.x, l.y)).collect::<Vec<_>>());
+        }
+}
