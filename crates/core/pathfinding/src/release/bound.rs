@@ -54,15 +54,16 @@ fn through(planner: &mut Planner<'_>, group: &Group) -> Result<f64, PlanError> {
     let lanes_of = |legs: &[DVec2]| Lanes::new(ground, from, legs, 2.0 * ground.radius());
     let trunk = Trunk::new(planner, (from, to), lanes_of)?;
     let Some(density) = trunk.lanes.density else { return Ok(0.0) };
-    let half = 0.5 * trunk.lanes.width();
+    let (first, last) = (trunk.lanes.first(), trunk.lanes.last());
     let (mut first_in, mut last_out) = (f64::INFINITY, f64::INFINITY);
     for &start in &group.starts {
-        first_in = trunk.sight_of_start(planner, start)?.distance.lesser(first_in);
+        let seen = trunk.sight_of_start(planner, start)?;
+        first_in = first.map_or(0.0, |cut| cut.distance_at_least(start, seen.distance)).lesser(first_in);
     }
     for &goal in &group.goals {
-        last_out = trunk.sight_of_goal(planner, goal)?.distance.lesser(last_out);
+        let seen = trunk.sight_of_goal(planner, goal)?;
+        last_out = last.map_or(0.0, |cut| cut.distance_at_least(goal, seen.distance)).lesser(last_out);
     }
     let behind = group.starts.len().saturating_sub(trunk.lanes.count);
-    let ends = (first_in - half).greater(0.0) + (last_out - half).greater(0.0);
-    Ok(ends + behind as f64 / density + trunk.length_of_cuts())
+    Ok(first_in + last_out + behind as f64 / density + trunk.length_of_cuts())
 }

@@ -1,7 +1,7 @@
 //! Narrow places on a path, and the lanes in which circles go through them side by side.
 
 use glam::DVec2;
-use maniple_geometry::Scalar;
+use maniple_geometry::{Scalar, Segment};
 
 use crate::ground::Ground;
 
@@ -50,6 +50,12 @@ impl Cut {
         let away = away + across.perp() * side;
         let scale = across.length() * away.length();
         if scale > 0.0 { across.dot(away) / scale } else { 0.0 }
+    }
+
+    /// How far a point is from the cut at least, from whose middle it is so far away.
+    pub(crate) fn distance_at_least(&self, point: DVec2, from_middle: f64) -> f64 {
+        let line: Segment = Segment::new(self.left, self.right);
+        line.nearest(point).distance(point).greater(from_middle - 0.5 * self.width())
     }
 
     /// The point of a lane of `lanes`, counted from the left.
@@ -102,11 +108,6 @@ impl Lanes {
     pub(crate) fn without(mut self, fewer: usize) -> Self {
         self.count = self.count.saturating_sub(fewer).max(1);
         self
-    }
-
-    /// How wide the widest of the cuts is, in world units; 0 where there is none.
-    pub(crate) fn width(&self) -> f64 {
-        self.cuts.iter().map(Cut::width).fold(0.0, Scalar::greater)
     }
 
     /// The first cut; `None` where nothing is narrow.

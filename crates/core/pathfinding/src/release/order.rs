@@ -29,6 +29,8 @@ pub(crate) enum Care {
 pub(crate) struct Order {
     /// By number, in the order in which they go if they can.
     waiting: Vec<usize>,
+    /// The group of which one left last.
+    begun: Option<usize>,
     /// Those of them who are put off until another has left.
     put_off: Vec<usize>,
     /// For each start who stands in its legs.
@@ -60,6 +62,7 @@ impl Order {
         }
         let mut order = Self {
             waiting: (0..starts.len()).collect(),
+            begun: None,
             put_off: Vec::new(),
             start_blocked: vec![Blocked::default(); starts.len()],
             goal_blocked: vec![Blocked::default(); goals.len()],
@@ -107,9 +110,21 @@ impl Order {
     }
 
     /// Returns who goes next and the goal to which, and with which care; `None` where nobody is left who was not put off.
+    ///
+    /// A group that has begun comes first, so that groups go through narrow places one after the other.
     pub(crate) fn next(&self, ends: &Ends) -> Option<((usize, usize), Care)> {
-        let cares = [Care::Free, Care::Open, Care::OwnOpen, Care::Any];
-        cares.into_iter().find_map(|care| self.find(ends, care).map(|found| (found, care)))
+        let of_all = |_: usize| true;
+        let of_begun = |number: usize| Some(ends.starts[number].group) == self.begun;
+        let find = |care, is_meant: &dyn Fn(usize) -> bool| {
+            self.find(ends, care, is_meant).map(|found| (found, care))
+        };
+        find(Care::Free, &of_begun)
+            .or_else(|| find(Care::Open, &of_begun))
+            .or_else(|| find(Care::Free, &of_all))
+            .or_else(|| find(Care::Open, &of_all))
+            .or_else(|| find(Care::OwnOpen, &of_begun))
+            .or_else(|| find(Care::OwnOpen, &of_all))
+            .or_else(|| find(Care::Any, &of_all))
     }
 
     /// Returns whether all have left.
@@ -132,14 +147,15 @@ impl Order {
         self.put_off.push(start);
     }
 
-    /// The first circle of those that wait who can go with this care, and the first goal of its stream that it can go to.
-    fn find(&self, ends: &Ends, care: Care) -> Option<(usize, usize)> {
+    /// The first circle of those that wait and are meant who can go with this care, and the first goal of its stream that it can go
+    /// to.
+    fn find(&self, ends: &Ends, care: Care, is_meant: &dyn Fn(usize) -> bool) -> Option<(usize, usize)> {
         // The stream that was looked at last has no such goal.
         let mut hopeless = None;
         for &number in &self.waiting {
             let stream = ends.starts[number].stream;
-            if !care.takes(self.start_blocked[number]) || hopeless == Some(stream) || self.put_off.contains(&number)
-            {
+            let can_go = care.takes(self.start_blocked[number]) && is_meant(number);
+            if !can_go || hopeless == Some(stream) || self.put_off.contains(&number) {
                 continue;
             }
             let is_good = |&&goal: &&usize| {
@@ -158,6 +174,7 @@ impl Order {
         let group = ends.starts[start].group;
         self.waiting.retain(|&waiting| waiting != start);
         self.put_off.clear();
+        self.begun = Some(group);
         self.free[ends.starts[start].stream].retain(|&free| free != goal);
         for &other in &self.stands_in[start].0 {
             self.start_blocked[other].subtract(ends.starts[other].group == group);
