@@ -168,12 +168,7 @@ impl<'a> Detours<'a> {
         self.expanded
     }
 
-    fn search(
-        &mut self,
-        crowd: &Crowd,
-        (from, starts): (DVec2, &[u32]),
-        goals: &[u32],
-    ) -> Option<Vec<u32>> {
+    fn search(&mut self, crowd: &Crowd, (from, starts): (DVec2, &[u32]), goals: &[u32]) -> Option<Vec<u32>> {
         let lattice = &self.ground.lattice;
         self.known.resize(lattice.nodes(), Known::default());
         self.number += 1;

@@ -15,7 +15,8 @@ use crate::planner::{Planner, length};
 ///
 /// The longest of: the longest of the own ways, or, where goals are interchangeable, from who is farthest from every goal and to the goal
 /// that is farthest from everybody; how far the middle of all moves; and, where all have to pass a narrow place, the way of the nearest
-/// to it, the time in which all pass in the densest packing of circles in rows, and the way from there to the nearest goal.
+/// to it, the time in which all pass in the densest packing of circles in rows, and the way from there to the nearest goal. Ways are
+/// those of the planner, which are short but not shortest: whoever goes around others may find one that is a little shorter.
 ///
 /// # Errors
 /// An end without a path.

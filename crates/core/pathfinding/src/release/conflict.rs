@@ -109,3 +109,54 @@ fn near((x, v): (DVec2, DVec2), reach: f64, end: f64) -> Option<(f64, f64)> {
     let last = ((root - slope) / square).lesser(end);
     (first < last).then_some((first, last))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::Dice;
+
+    /// How often it is looked, in cycles; so long nobody comes nearer than by 0.15.
+    const LOOK: f64 = 0.05;
+
+    /// The slow twin: how near two trajectories come if one departs so much later than the other, by looking often.
+    fn nearest(one: &Trajectory, other: &Trajectory, delay: f64) -> f64 {
+        let end = one.duration() + other.duration() + delay.abs() + 1.0;
+        let at = |trajectory: &Trajectory, time: f64| {
+            let piece = trajectory.pieces().iter().find(|piece| time <= piece.until).unwrap();
+            if piece.is_moving() { piece.point + piece.velocity * (time - piece.since) } else { piece.point }
+        };
+        let mut least = f64::INFINITY;
+        let mut time = -end;
+        while time < end {
+            least = least.min(at(one, time - delay).distance(at(other, time)));
+            time += LOOK;
+        }
+        least
+    }
+
+    #[test]
+    fn departures_are_forbidden_if_and_only_if_circles_would_come_too_near() {
+        let (mut near_count, mut far_count) = (0, 0);
+        for seed in 0..300 {
+            let mut dice = Dice(seed);
+            let mut trajectory = || {
+                let mut point = || DVec2::new(dice.share(), dice.share()) * 6.0;
+                let (from, legs) = (point(), [point(), point(), point()]);
+                let count = dice.roll() as usize % 4;
+                Trajectory::new(from, &legs[..count], 0.5 + dice.share())
+            };
+            let (one, other) = (trajectory(), trajectory());
+            let mut spans = Vec::new();
+            forbid(&one, &other, 0.7, &mut spans);
+            for delay in (-40..40).map(f64::from) {
+                let is_forbidden = spans.iter().any(|span| span.from < delay && delay < span.to);
+                let least = nearest(&one, &other, delay);
+                assert!(is_forbidden || least > 0.7 - 1e-9, "seed {seed}, delay {delay}: {least}");
+                // What is looked at is never nearer than it is, and at most a step farther.
+                assert!(!is_forbidden || least < 0.7 + 0.3, "seed {seed}, delay {delay}: {least}");
+                *(if is_forbidden { &mut near_count } else { &mut far_count }) += 1;
+            }
+        }
+        assert!(near_count > 1000 && far_count > 1000, "{near_count} {far_count}");
+    }
+}

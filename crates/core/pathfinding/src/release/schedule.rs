@@ -120,7 +120,6 @@ fn attempt(ground: &Ground, request: &Request<'_>, fewer_lanes: usize) -> Result
     while !order.is_empty() {
         let departing = board.next(&ends, &mut order)?;
         let Departing { start: number, goal: goal_number, departure, trajectory } = departing;
-        if std::env::var("TRACE").is_ok() { println!("group {} {} -> {} dep {departure:.1} dur {:.1} legs {}", ends.starts[number].group, ends.starts[number].point, ends.goals[goal_number].point, trajectory.duration(), trajectory.legs().len()); }
         let (start, goal) = (&ends.starts[number], &ends.goals[goal_number]);
         let arrival = departure + trajectory.duration();
         let legs = trajectory.legs().iter().map(|leg| leg.end()).collect();
@@ -212,7 +211,12 @@ impl<'a> Board<'a> {
     }
 
     /// A way around all who rest, to the first goal of the stream to which there is one.
-    fn detour(&mut self, ends: &Ends, order: &Order, number: usize) -> Result<Option<Departing>, ReleaseError> {
+    fn detour(
+        &mut self,
+        ends: &Ends,
+        order: &Order,
+        number: usize,
+    ) -> Result<Option<Departing>, ReleaseError> {
         let start = &ends.starts[number];
         self.crowd.remove(number, start.point, self.reach());
         let mut found = None;

@@ -31,10 +31,6 @@ impl Traffic {
         self.planned.push(planned);
     }
 
-    pub(crate) fn len(&self) -> usize {
-        self.planned.len()
-    }
-
     /// Returns the earliest moment, not before `from`, at which a circle can depart without ever coming nearer to any other than
     /// both radii, and the gap above it; `None` where there is none. `reach` is its radius and the gap.
     pub(crate) fn earliest(&mut self, trajectory: &Trajectory, reach: f64, from: f64) -> Option<f64> {
@@ -45,10 +41,8 @@ impl Traffic {
             let mut kept = first;
             for index in first..self.spans.len() {
                 let span = self.spans[index];
-                let span = Span {
-                    from: span.from + other.departure - SLIT,
-                    to: span.to + other.departure + SLIT,
-                };
+                let span =
+                    Span { from: span.from + other.departure - SLIT, to: span.to + other.departure + SLIT };
                 if span.to > from {
                     self.spans[kept] = span;
                     kept += 1;

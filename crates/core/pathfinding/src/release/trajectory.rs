@@ -50,14 +50,6 @@ impl Piece {
         self.until - self.since
     }
 
-    /// The centre at a time within the piece; exactly the goal at its end.
-    pub(crate) fn position(&self, time: f64) -> DVec2 {
-        if time >= self.until {
-            return self.end;
-        }
-        if self.is_moving() { self.point + self.velocity * (time - self.since) } else { self.point }
-    }
-
     /// The square of the distance of its line from a point.
     fn distance_squared(&self, point: DVec2) -> f64 {
         if !self.is_moving() {
@@ -130,10 +122,6 @@ impl Trajectory {
         self.pieces[0].point
     }
 
-    pub(crate) fn goal(&self) -> DVec2 {
-        self.pieces[self.pieces.len() - 1].point
-    }
-
     /// How long it takes from departure to arrival, in cycles.
     pub(crate) fn duration(&self) -> f64 {
         self.legs().last().map_or(0.0, |leg| leg.until)
@@ -143,13 +131,10 @@ impl Trajectory {
     pub(crate) fn leads_over(&self, point: DVec2, reach: f64) -> bool {
         let place = Piece::rest(point, 0.0, 0.0);
         !self.whole.is_far(&place, reach)
-            && self.legs().iter().any(|leg| !leg.is_far(&place, reach) && leg.distance_squared(point) < reach * reach)
-    }
-
-    /// Where it is, so many cycles after the departure.
-    pub(crate) fn position(&self, time: f64) -> DVec2 {
-        let piece = self.pieces.iter().find(|piece| time <= piece.until);
-        piece.map_or(self.goal(), |piece| piece.position(time))
+            && self
+                .legs()
+                .iter()
+                .any(|leg| !leg.is_far(&place, reach) && leg.distance_squared(point) < reach * reach)
     }
 }
 

@@ -44,11 +44,6 @@ impl Trunk {
         Ok(Self { lanes, ways, ends })
     }
 
-    /// Returns whether the shared way is one straight leg, in which nothing is narrow.
-    pub(crate) fn is_straight(&self) -> bool {
-        self.ends.is_none() && self.ways[0].len() <= 2
-    }
-
     /// Returns the legs of a circle to the last cut by a lane: onto the shared way as far ahead as it sees it.
     ///
     /// # Panics
