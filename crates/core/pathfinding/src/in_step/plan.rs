@@ -123,6 +123,12 @@ impl Plan {
         (0..=self.cost(agent) as usize).map(|step| self.at(step)[agent]).collect()
     }
 
+    /// Returns the ways of all agents.
+    #[must_use]
+    pub fn ways(&self) -> Vec<Vec<Place>> {
+        (0..self.agents).map(|agent| self.way(agent)).collect()
+    }
+
     /// Returns the cost of an agent: after how many steps it stays for good where it ends.
     #[must_use]
     pub fn cost(&self, agent: usize) -> u32 {
