@@ -17,6 +17,7 @@ mod lacam;
 mod pibt;
 mod plan;
 mod priorities;
+mod prioritized;
 mod refinement;
 mod reservations;
 mod scatter;

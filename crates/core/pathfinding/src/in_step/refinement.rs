@@ -4,6 +4,7 @@ use crate::in_step::board::Place;
 use crate::in_step::instance::Instance;
 use crate::in_step::keyed::keyed;
 use crate::in_step::plan::Plan;
+use crate::in_step::prioritized::{Prioritized, Standing};
 use crate::in_step::reservations::{FOREVER, Reservations};
 use crate::in_step::way::{Terrain, WayFinder};
 
@@ -33,6 +34,8 @@ pub struct Refinement<'a> {
     ways: Vec<Vec<Place>>,
     reservations: Reservations,
     finder: WayFinder,
+    /// Another plan, from nothing, while it is made.
+    fresh: Option<Prioritized>,
     /// The agents of this round.
     chosen: Vec<u32>,
     cost: u64,
@@ -52,7 +55,8 @@ impl<'a> Refinement<'a> {
         }
         let cost = ways.iter().map(|way| u64::from(cost(way))).sum();
         let finder = WayFinder::new(instance.board());
-        Self { instance, seed, round: 0, ways, reservations, finder, chosen: Vec::new(), cost }
+        let fresh = Some(Prioritized::new(instance));
+        Self { instance, seed, round: 0, ways, reservations, finder, fresh, chosen: Vec::new(), cost }
     }
 
     /// Goes on by so many rounds.
@@ -61,8 +65,16 @@ impl<'a> Refinement<'a> {
             if self.cost == self.instance.sum_of_costs_min() {
                 return;
             }
-            self.choose();
-            self.plan_anew();
+            if let Some(fresh) = &mut self.fresh {
+                match fresh.go_on(self.instance, &mut self.finder, self.seed) {
+                    Standing::Goes => {}
+                    Standing::Done => self.compare(),
+                    Standing::GaveUp => self.fresh = None,
+                }
+            } else {
+                self.choose();
+                self.plan_anew();
+            }
             self.round += 1;
         }
     }
@@ -83,6 +95,15 @@ impl<'a> Refinement<'a> {
     #[must_use]
     pub fn plan(&self) -> Plan {
         Plan::of_ways(&self.ways)
+    }
+
+    /// Takes the plan that was made from nothing, if it is cheaper.
+    fn compare(&mut self) {
+        let (ways, reservations) = self.fresh.take().expect("there is one").finish();
+        let cost = ways.iter().map(|way| u64::from(cost(way))).sum();
+        if cost < self.cost {
+            (self.ways, self.reservations, self.cost) = (ways, reservations, cost);
+        }
     }
 
     /// Draws a number below `end` for this round.
@@ -160,6 +181,7 @@ impl<'a> Refinement<'a> {
             let terrain = Terrain {
                 board: self.instance.board(),
                 reservations: &self.reservations,
+                end: self.reservations.free_from(self.instance.goals()[agent as usize]),
                 distances: self.instance.distances().of(agent as usize),
                 horizon: FOREVER,
                 salt: keyed(self.seed ^ (Purpose::Tie as u64) << 60, self.round, agent.into()),

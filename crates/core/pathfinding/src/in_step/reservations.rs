@@ -67,12 +67,35 @@ impl Reservations {
         });
     }
 
+    /// Returns the first step from which on a place is free for ever; [`FOREVER`] if it never is.
+    pub(crate) fn free_from(&self, place: Place) -> u32 {
+        self.stays[place.index()].last().map_or(0, |stay| stay.until.saturating_add(1))
+    }
+
     /// Returns who is in a place after a step; `None` where nobody is.
     pub(crate) fn at(&self, place: Place, step: u32) -> Option<u32> {
         let stays = &self.stays[place.index()];
         let next = stays.partition_point(|stay| stay.from <= step);
         let stay = stays[..next].last()?;
         (stay.until >= step).then_some(stay.agent)
+    }
+
+    /// Returns whoever is in a way that begins at step 0 and at whose end one stays, or changes places with who goes it; by number.
+    pub(crate) fn conflicts(&self, way: &[Place]) -> Vec<u32> {
+        let mut agents = Vec::new();
+        let mut before = way[0];
+        for (step, &place) in (0..).zip(way) {
+            let meets = self.at(place, step);
+            let swaps = self.at(before, step).filter(|_| step > 0 && self.at(place, step - 1) == self.at(before, step));
+            agents.extend(meets.into_iter().chain(swaps));
+            before = place;
+        }
+        let end = u32::try_from(way.len() - 1).expect("ways are shorter than 2^32 steps");
+        let stays = &self.stays[before.index()];
+        agents.extend(stays.iter().filter(|stay| stay.until >= end).map(|stay| stay.agent));
+        agents.sort_unstable();
+        agents.dedup();
+        agents
     }
 
     /// Returns the agents that are ever in a place, by time.

@@ -79,6 +79,7 @@ impl<'a> Spacetime<'a> {
             let terrain = Terrain {
                 board: self.instance.board(),
                 reservations: &self.reservations,
+                end: 0,
                 distances: self.instance.distances().of(agent as usize),
                 horizon: WINDOW,
                 salt: keyed(self.seed, self.window, u64::from(agent) << 32),

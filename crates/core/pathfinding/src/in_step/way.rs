@@ -14,10 +14,19 @@ pub(crate) struct Terrain<'a> {
     pub(crate) reservations: &'a Reservations,
     /// How far the goal is from each place.
     pub(crate) distances: &'a [u32],
+    /// The first step from which on one can stay at the goal.
+    pub(crate) end: u32,
     /// Others are looked out for up to this step.
     pub(crate) horizon: u32,
     /// Decides ties.
     pub(crate) salt: u64,
+}
+
+impl Terrain<'_> {
+    /// What a way costs at least that is in a place at a step.
+    fn cost_min(&self, place: Place, arrival: u32) -> u32 {
+        (arrival + self.distances[place.index()]).max(self.end)
+    }
 }
 
 /// A gap in which one can be in a place.
@@ -47,7 +56,9 @@ pub(crate) struct WayFinder {
     nodes: Vec<Node>,
     marks: Vec<Mark>,
     search: u32,
-    /// Nodes by what a way through them costs at least, beyond the distance of the start.
+    /// What a way from the start costs at least.
+    least: u32,
+    /// Nodes by what a way through them costs at least, from the least on.
     buckets: Vec<Vec<u32>>,
     pub(crate) expanded: u64,
 }
@@ -58,6 +69,7 @@ impl WayFinder {
             nodes: Vec::new(),
             marks: vec![Mark { search: 0, node: NONE }; board.len()],
             search: 0,
+            least: 0,
             buckets: Vec::new(),
             expanded: 0,
         }
@@ -66,8 +78,7 @@ impl WayFinder {
     /// Returns a shortest way from a place to where the distance is 0 and one can stay, or, if the horizon is nearer, to there; place
     /// by place from step 0 on. `None` where there is none that costs less than `cost_max`.
     pub(crate) fn find(&mut self, terrain: &Terrain<'_>, start: Place, cost_max: u32) -> Option<Vec<Place>> {
-        let least = terrain.distances[start.index()];
-        if least == FAR {
+        if terrain.distances[start.index()] == FAR || terrain.end == FOREVER {
             return None;
         }
         self.search += 1;
@@ -76,16 +87,17 @@ impl WayFinder {
             bucket.clear();
         }
         let gap = terrain.reservations.gaps(start, 0, 0).next()?;
-        self.reach(terrain, Step { parent: NONE, place: start, gap, arrival: 0 }, (least, cost_max));
-        let mut cost = 0;
-        while cost < self.buckets.len() {
-            let Some(number) = self.buckets[cost].pop() else {
-                cost += 1;
+        self.least = terrain.cost_min(start, 0);
+        self.reach(terrain, Step { parent: NONE, place: start, gap, arrival: 0 }, cost_max);
+        let mut lowest = 0;
+        while lowest < self.buckets.len() {
+            let Some(number) = self.buckets[lowest].pop() else {
+                lowest += 1;
                 continue;
             };
             let node = self.nodes[number as usize];
             let distance = terrain.distances[node.place.index()];
-            if node.is_done || (node.arrival + distance - least) as usize != cost {
+            if node.is_done || (terrain.cost_min(node.place, node.arrival) - self.least) as usize != lowest {
                 continue;
             }
             if (distance == 0 && node.gap.until == FOREVER) || node.arrival >= terrain.horizon {
@@ -93,12 +105,12 @@ impl WayFinder {
             }
             self.nodes[number as usize].is_done = true;
             self.expanded += 1;
-            self.expand(terrain, number, (least, cost_max));
+            self.expand(terrain, number, cost_max);
         }
         None
     }
 
-    fn expand(&mut self, terrain: &Terrain<'_>, number: u32, bounds: (u32, u32)) {
+    fn expand(&mut self, terrain: &Terrain<'_>, number: u32, cost_max: u32) {
         let node = self.nodes[number as usize];
         let (first, last) = (node.arrival + 1, node.gap.until.saturating_add(1));
         let around = terrain.board.neighbours(node.place);
@@ -115,15 +127,15 @@ impl WayFinder {
                 {
                     continue;
                 }
-                self.reach(terrain, Step { parent: number, place, gap, arrival }, bounds);
+                self.reach(terrain, Step { parent: number, place, gap, arrival }, cost_max);
             }
         }
     }
 
     /// Notes that a gap can be reached.
-    fn reach(&mut self, terrain: &Terrain<'_>, step: Step, (least, cost_max): (u32, u32)) {
+    fn reach(&mut self, terrain: &Terrain<'_>, step: Step, cost_max: u32) {
         let Step { parent, place, gap, arrival } = step;
-        let cost = arrival + terrain.distances[place.index()];
+        let cost = terrain.cost_min(place, arrival);
         if cost >= cost_max {
             return;
         }
@@ -144,7 +156,7 @@ impl WayFinder {
             }
             (node.arrival, node.parent) = (arrival, parent);
         }
-        let bucket = (cost - least) as usize;
+        let bucket = (cost - self.least) as usize;
         if self.buckets.len() <= bucket {
             self.buckets.resize(bucket + 1, Vec::new());
         }
