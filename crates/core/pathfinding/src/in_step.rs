@@ -9,9 +9,11 @@
 
 mod algorithm;
 mod board;
+mod conflict;
 mod distances;
 mod generator;
 mod instance;
+mod joint;
 mod keyed;
 mod lacam;
 mod pibt;
@@ -24,12 +26,15 @@ mod scatter;
 mod search;
 mod spacetime;
 mod swap;
+#[cfg(test)]
+mod tests;
 mod way;
 
-pub use algorithm::{Algorithm, UnknownAlgorithm};
+pub use algorithm::{Algorithm, TooManyAgents, UnknownAlgorithm};
 pub use board::{Board, BoardError, Place, RADIUS_IN_STEP_MAX};
 pub use distances::Distances;
 pub use instance::{AGENTS_MAX, DISTANCES_MAX, Instance, InstanceError};
+pub use joint::JOINT_AGENTS_MAX;
 pub use pibt::Pibt;
 pub use plan::{Fault, Plan};
 pub use refinement::Refinement;

@@ -2,7 +2,7 @@
 
 mod errors;
 mod optimum;
-mod real;
+pub(crate) mod real;
 mod search;
 mod twins;
 mod walk;

@@ -4,7 +4,9 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use crate::in_step::conflict::Conflict;
 use crate::in_step::instance::Instance;
+use crate::in_step::joint::{JOINT_AGENTS_MAX, Joint};
 use crate::in_step::lacam::Lacam;
 use crate::in_step::pibt::Steps;
 use crate::in_step::search::Search;
@@ -18,7 +20,14 @@ pub enum Algorithm {
     /// Lazy constraints addition search: finds a plan if there is one, quick and not short. A state is a step of all that is tried.
     Lacam,
     /// Windowed cooperative A*: one after the other around reservations; can get stuck. A state is a place and a time of one.
+    #[doc(alias = "cooperative_a_star")]
     Spacetime,
+    /// A* over the moves of all at once: the least sum of costs, for a handful. A state is the places of all.
+    #[doc(alias = "joint_action_space")]
+    Joint,
+    /// Conflict-based search: the least sum of costs, for some more where they hardly meet. A state is a set of ways.
+    #[doc(alias = "conflict_based_search")]
+    Conflict,
 }
 
 /// A name that no planner has.
@@ -29,17 +38,31 @@ pub struct UnknownAlgorithm {
     pub found: String,
 }
 
+/// More agents than a planner takes.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error("{agents} agents; {} takes {limit} at most: plan for fewer, or choose another of {}", algorithm.name(), Algorithm::names())]
+pub struct TooManyAgents {
+    /// The planner.
+    pub algorithm: Algorithm,
+    /// How many.
+    pub agents: usize,
+    /// The most.
+    pub limit: usize,
+}
+
 impl Algorithm {
     /// All of them.
-    pub const ALL: [Self; 3] = [Self::Pibt, Self::Lacam, Self::Spacetime];
+    pub const ALL: [Self; 5] = [Self::Pibt, Self::Lacam, Self::Spacetime, Self::Joint, Self::Conflict];
 
     /// Returns the name, as it is parsed.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Pibt => "pibt",
             Self::Lacam => "lacam",
             Self::Spacetime => "spacetime",
+            Self::Joint => "joint",
+            Self::Conflict => "conflict",
         }
     }
 
@@ -49,14 +72,28 @@ impl Algorithm {
         Self::ALL.map(Self::name).join(", ")
     }
 
-    /// Begins to plan. The seed decides ties.
-    #[must_use]
-    pub fn begin<'a>(self, instance: &'a Instance<'a>, seed: u64) -> Box<dyn Search + 'a> {
-        match self {
+    /// Begins to plan. The seed decides ties; exact planners have none to decide.
+    ///
+    /// # Errors
+    /// More than [`JOINT_AGENTS_MAX`] agents for [`Self::Joint`].
+    pub fn begin<'a>(
+        self,
+        instance: &'a Instance<'a>,
+        seed: u64,
+    ) -> Result<Box<dyn Search + 'a>, TooManyAgents> {
+        Ok(match self {
             Self::Pibt => Box::new(Steps::new(instance, seed)),
             Self::Lacam => Box::new(Lacam::new(instance, seed)),
             Self::Spacetime => Box::new(Spacetime::new(instance, seed)),
-        }
+            Self::Joint => {
+                let (agents, limit) = (instance.agents(), JOINT_AGENTS_MAX);
+                if agents > limit {
+                    return Err(TooManyAgents { algorithm: self, agents, limit });
+                }
+                Box::new(Joint::new(instance))
+            }
+            Self::Conflict => Box::new(Conflict::new(instance)),
+        })
     }
 }
 

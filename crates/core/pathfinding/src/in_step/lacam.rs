@@ -8,7 +8,7 @@ use crate::in_step::instance::Instance;
 use crate::in_step::keyed::keyed;
 use crate::in_step::plan::Plan;
 use crate::in_step::priorities::{Priorities, ranks};
-use crate::in_step::search::{Outcome, Search};
+use crate::in_step::search::{Outcome, Search, hash_of};
 
 /// Most places that are remembered, one for each agent and configuration: with their priorities 1.5 GiB.
 const PLACES_MAX: usize = 1 << 27;
@@ -113,16 +113,19 @@ impl<'a> Lacam<'a> {
         self.places.extend_from_slice(places);
         self.waited.extend_from_slice(&priorities.waited);
         self.order.extend_from_slice(&priorities.order);
-        self.constrain(node, Constraint { parent: NONE, agent: 0, place: Place::NOWHERE, depth: 0, next: NONE });
+        self.constrain(
+            node,
+            Constraint { parent: NONE, agent: 0, place: Place::NOWHERE, depth: 0, next: NONE },
+        );
         let Self { known, places: all, instance, .. } = self;
         let agents = instance.agents();
-        let hash_of = |&node: &u32| hash(&all[node as usize * agents..(node as usize + 1) * agents]);
-        known.insert_unique(hash(places), node, hash_of);
+        let places_of = |node: u32| &all[node as usize * agents..(node as usize + 1) * agents];
+        known.insert_unique(hash_of(places), node, |&node| hash_of(places_of(node)));
         self.open.push(node);
     }
 
     fn find(&self, places: &[Place]) -> Option<u32> {
-        self.known.find(hash(places), |&node| self.places[self.range(node)] == *places).copied()
+        self.known.find(hash_of(places), |&node| self.places[self.range(node)] == *places).copied()
     }
 
     /// Puts a constraint behind those of a configuration.
@@ -229,12 +232,4 @@ impl Search for Lacam<'_> {
     fn expanded(&self) -> u64 {
         self.expanded
     }
-}
-
-/// A hash of where everybody is.
-fn hash(places: &[Place]) -> u64 {
-    let mixed = |hash: u64, place: &Place| {
-        (hash ^ u64::from(place.0)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
-    };
-    places.iter().fold(0, mixed)
 }

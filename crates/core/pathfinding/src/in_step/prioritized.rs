@@ -104,13 +104,9 @@ fn alone(terrain: &Terrain<'_>, start: Place) -> Vec<Place> {
     let mut way = vec![start];
     let mut place = start;
     while terrain.distances[place.index()] > 0 {
-        let around = terrain.board.neighbours(place);
-        let turn = (terrain.salt >> (place.0 % 61)) as usize & 3;
-        let nearer = |&index: &usize| {
-            terrain.distances[around[(index + turn) % around.len()].index()] < terrain.distances[place.index()]
-        };
-        let index = (0..around.len()).find(nearer).expect("a place with a distance has a nearer neighbour");
-        place = around[(index + turn) % around.len()];
+        let distance = terrain.distances[place.index()];
+        let nearer = |next: &Place| terrain.distances[next.index()] < distance;
+        place = terrain.around(place).find(nearer).expect("a place with a distance has a nearer neighbour");
         way.push(place);
     }
     way

@@ -123,7 +123,8 @@ impl<'a> Refinement<'a> {
         let agents = self.instance.agents();
         let contestants = (0..CONTESTANTS).map(|index| self.draw(Purpose::Contestant, index, agents));
         let contestants = contestants.map(|agent| u32::try_from(agent).expect("agents are few"));
-        let loser = contestants.max_by_key(|&agent| (self.loss(agent), agent)).expect("there are contestants");
+        let loser =
+            contestants.max_by_key(|&agent| (self.loss(agent), agent)).expect("there are contestants");
         self.chosen.clear();
         self.chosen.push(loser);
         self.add_blockers(loser);
@@ -168,7 +169,9 @@ impl<'a> Refinement<'a> {
     /// Plans the chosen ones anew, and keeps what is not worse.
     fn plan_anew(&mut self) {
         let mut chosen = std::mem::take(&mut self.chosen);
-        chosen.sort_by_key(|&agent| (keyed(self.seed ^ (Purpose::Order as u64) << 60, self.round, agent.into()), agent));
+        chosen.sort_by_key(|&agent| {
+            (keyed(self.seed ^ (Purpose::Order as u64) << 60, self.round, agent.into()), agent)
+        });
         for &agent in &chosen {
             self.reservations.remove(agent, &self.ways[agent as usize], FOREVER);
         }

@@ -86,7 +86,9 @@ impl Reservations {
         let mut before = way[0];
         for (step, &place) in (0..).zip(way) {
             let meets = self.at(place, step);
-            let swaps = self.at(before, step).filter(|_| step > 0 && self.at(place, step - 1) == self.at(before, step));
+            let swaps = self
+                .at(before, step)
+                .filter(|_| step > 0 && self.at(place, step - 1) == self.at(before, step));
             agents.extend(meets.into_iter().chain(swaps));
             before = place;
         }

@@ -1,5 +1,6 @@
 //! Searches for a plan, how they go on and how they end.
 
+use crate::in_step::board::Place;
 use crate::in_step::plan::Plan;
 
 /// A search for a plan that goes on by as much as it is told to, so that it can be spread over cycles.
@@ -32,4 +33,12 @@ impl Outcome {
             Self::Unsolvable | Self::Stuck => None,
         }
     }
+}
+
+/// Returns a hash of where everybody is, for tables of configurations.
+pub(crate) fn hash_of(places: &[Place]) -> u64 {
+    let mixed = |hash: u64, place: &Place| {
+        (hash ^ u64::from(place.0)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29)
+    };
+    places.iter().fold(0, mixed)
 }

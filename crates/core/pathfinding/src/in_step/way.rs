@@ -27,6 +27,15 @@ impl Terrain<'_> {
     fn cost_min(&self, place: Place, arrival: u32) -> u32 {
         (arrival + self.distances[place.index()]).max(self.end)
     }
+
+    /// The neighbours of a place, from one on that the salt chooses.
+    pub(crate) fn around(&self, place: Place) -> impl Iterator<Item = Place> {
+        let around = self.board.neighbours(place);
+        // Four neighbours at most, so two bits choose.
+        let first = (self.salt >> (place.0 % 63) & 3) % (around.len() as u64).max(1);
+        let (before, behind) = around.split_at(usize::try_from(first).expect("it is below four"));
+        behind.iter().chain(before).copied()
+    }
 }
 
 /// A gap in which one can be in a place.
@@ -113,10 +122,7 @@ impl WayFinder {
     fn expand(&mut self, terrain: &Terrain<'_>, number: u32, cost_max: u32) {
         let node = self.nodes[number as usize];
         let (first, last) = (node.arrival + 1, node.gap.until.saturating_add(1));
-        let around = terrain.board.neighbours(node.place);
-        let turn = (terrain.salt >> (node.place.0 % 61)) as usize & 3;
-        for index in 0..around.len() {
-            let place = around[(index + turn) % around.len()];
+        for place in terrain.around(node.place) {
             for gap in terrain.reservations.gaps(place, first, last) {
                 let arrival = gap.from.max(first);
                 // The last step may be one too late, where somebody comes: then it is a swap or nothing.

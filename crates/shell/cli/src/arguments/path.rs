@@ -23,7 +23,9 @@ Columns, the same in the table and as JSON; what a planner does not have is - or
                        ratios of one unit; single: the length over that which the file of queries says, which is of steps in eight
                        directions through middles of tiles
 Planners: single plans for each unit alone, in straight legs of any direction. The others plan for all together, in step, from
-middle to middle of tiles.
+middle to middle of tiles: pibt makes one step of all after the other, lacam searches through such steps, refined makes what
+lacam finds cheaper for --refine seconds, spacetime plans one after the other around reservations, joint and conflict find the
+least sum of costs for a handful.
 
 Example: maniple bench path --map maps/rooms.map --planner pibt --units 50,100";
 
@@ -55,6 +57,9 @@ pub(crate) struct BenchPath {
     /// How long a plan may take, in seconds; who has none by then has arrived nowhere
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = super::positive)]
     pub(crate) seconds: f64,
+    /// How long refined makes a plan better, in seconds
+    #[arg(long, value_name = "S", default_value_t = 6.0, value_parser = super::positive)]
+    pub(crate) refine: f64,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
 }

@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use crate::arguments::BenchPath;
 use crate::commands::bench::path::case::Case;
+use crate::commands::bench::path::in_step::InStep;
 use crate::failure::Failure;
 use crate::output::{Format, print, print_text};
 
@@ -46,18 +47,19 @@ enum Planner {
     /// Each unit alone.
     Single,
     /// All together, in step.
-    InStep(Algorithm),
+    InStep(InStep),
 }
 
 impl Planner {
     fn all() -> Vec<Self> {
-        std::iter::once(Self::Single).chain(Algorithm::ALL.map(Self::InStep)).collect()
+        let in_step = Algorithm::ALL.map(InStep::Planned).into_iter().chain([InStep::Refined]);
+        std::iter::once(Self::Single).chain(in_step.map(Self::InStep)).collect()
     }
 
     fn name(self) -> &'static str {
         match self {
             Self::Single => "single",
-            Self::InStep(algorithm) => algorithm.name(),
+            Self::InStep(way) => way.name(),
         }
     }
 
@@ -86,7 +88,7 @@ impl Planner {
     fn measure(self, case: &Case, units: usize, arguments: &BenchPath) -> Result<Row, Failure> {
         match self {
             Self::Single => single::measure(case, units),
-            Self::InStep(algorithm) => in_step::measure(algorithm, case, units, arguments),
+            Self::InStep(way) => in_step::measure(way, case, units, arguments),
         }
     }
 }

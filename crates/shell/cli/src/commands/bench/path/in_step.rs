@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
-use maniple_pathfinding::in_step::{Algorithm, Board, Instance, Outcome, Place, Plan};
+use maniple_pathfinding::in_step::{Algorithm, Board, Instance, Outcome, Place, Plan, Refinement};
 
 use crate::arguments::BenchPath;
 use crate::commands::bench::path::case::Case;
@@ -12,34 +12,51 @@ use crate::commands::bench::path::{Row, SPEED, percentile};
 use crate::failure::Failure;
 
 /// Cycles of a step from a middle of a tile to the next.
-const CYCLES_A_STEP: u32 = (1.0 / SPEED) as u32;
+const CYCLES_A_STEP: u32 = 5;
+const _: () = assert!(SPEED * CYCLES_A_STEP as f64 == 1.0);
 
-/// States that are expanded between two looks at the clock.
-const STATES_A_LOOK: u64 = 16;
+/// States that are expanded, or rounds that are refined, between two looks at the clock.
+const STATES_A_LOOK: u64 = 32;
+
+/// How a plan in step comes about.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum InStep {
+    /// By a planner.
+    Planned(Algorithm),
+    /// By lacam, and then refined.
+    Refined,
+}
+
+impl InStep {
+    pub(super) const fn name(self) -> &'static str {
+        match self {
+            Self::Planned(algorithm) => algorithm.name(),
+            Self::Refined => "refined",
+        }
+    }
+}
 
 /// What planning took.
 #[derive(Debug, Default)]
 struct Planned {
     plan: Option<Plan>,
-    /// Of the whole.
+    /// Of the whole, distances to goals included.
     took: Duration,
     /// Of what a caller waits for at a time.
     times: Vec<Duration>,
 }
 
 /// Plans for the first `units` of a case, and walks the plan.
-pub(super) fn measure(
-    algorithm: Algorithm,
-    case: &Case,
-    units: usize,
-    arguments: &BenchPath,
-) -> Result<Row, Failure> {
+pub(super) fn measure(way: InStep, case: &Case, units: usize, arguments: &BenchPath) -> Result<Row, Failure> {
     let clock = Instant::now();
     let board = Board::new(&case.ground).map_err(Failure::bad_input)?;
     let (starts, goals) = ends(case, &board, units)?;
     let instance = Instance::new(&board, starts, goals)
         .map_err(|error| Failure::bad_input(anyhow!("{}: {error}", case.name)))?;
-    let mut planned = plan(algorithm, &instance, arguments, clock);
+    let mut planned = match way {
+        InStep::Planned(algorithm) => plan(algorithm, &instance, arguments, clock)?,
+        InStep::Refined => refined(&instance, arguments, clock)?,
+    };
     let mut walk = Walk::new(&case.map, case.ground.radius())?;
     let arrived = match &planned.plan {
         Some(plan) => walked(&mut walk, &instance, plan)?,
@@ -48,19 +65,18 @@ pub(super) fn measure(
     let cycles = |steps: u32| f64::from(steps * CYCLES_A_STEP);
     let makespan = planned.plan.as_ref().map(|plan| cycles(plan.makespan()));
     let ratios = planned.plan.as_ref().map(|plan| ratios(&instance, plan));
+    let per_unit_cycle = |cycles: &f64| 1e6 * planned.took.as_secs_f64() / (units as f64 * cycles.max(1.0));
     Ok(Row {
         map: case.name.clone(),
-        planner: algorithm.name(),
+        planner: way.name(),
         units,
         arrived,
         makespan,
         bound: Some(cycles(instance.makespan_min())),
         collisions_per_unit: planned.plan.as_ref().map(|_| walk.collisions as f64 / units as f64),
+        plan_us_per_unit_cycle: makespan.as_ref().map(per_unit_cycle),
         plan_us_p50: percentile(&mut planned.times, 50),
         plan_us_p99: percentile(&mut planned.times, 99),
-        plan_us_per_unit_cycle: makespan
-            .filter(|&cycles| cycles > 0.0)
-            .map(|cycles| 1e6 * planned.took.as_secs_f64() / (units as f64 * cycles)),
         length_ratio_mean: ratios.map(|(mean, _)| mean),
         length_ratio_max: ratios.map(|(_, max)| max),
     })
@@ -78,18 +94,26 @@ fn ends(case: &Case, board: &Board, units: usize) -> Result<(Vec<Place>, Vec<Pla
     Ok((starts, goals))
 }
 
-/// Plans until there is a plan, there cannot be one, or the time is over. The clock of the whole runs since `clock`; so distances
-/// to goals count, which are planning, too.
-fn plan(algorithm: Algorithm, instance: &Instance<'_>, arguments: &BenchPath, clock: Instant) -> Planned {
+/// Plans until there is a plan, there cannot be one, or the time is over. The clock of the whole runs since `clock`.
+fn plan(
+    algorithm: Algorithm,
+    instance: &Instance<'_>,
+    arguments: &BenchPath,
+    clock: Instant,
+) -> Result<Planned, Failure> {
     let limit = Duration::from_secs_f64(arguments.seconds);
-    let mut search = algorithm.begin(instance, arguments.seed);
+    let mut search = algorithm
+        .begin(instance, arguments.seed)
+        .map_err(|error| Failure::usage(format!("--units: {error}")))?;
+    let is_closed_loop = algorithm == Algorithm::Pibt;
+    let budget = if is_closed_loop { 1 } else { STATES_A_LOOK };
     let mut planned = Planned::default();
     while clock.elapsed() < limit {
         let before = Instant::now();
-        let outcome = match algorithm {
-            Algorithm::Pibt => search.advance(1),
-        };
-        planned.times.push(before.elapsed());
+        let outcome = search.advance(budget);
+        if is_closed_loop {
+            planned.times.push(before.elapsed());
+        }
         match outcome {
             None => {}
             Some(Outcome::Solved(plan)) => {
@@ -100,7 +124,23 @@ fn plan(algorithm: Algorithm, instance: &Instance<'_>, arguments: &BenchPath, cl
         }
     }
     planned.took = clock.elapsed();
-    planned
+    if !is_closed_loop {
+        planned.times.push(planned.took);
+    }
+    Ok(planned)
+}
+
+/// Plans by lacam and refines the plan for some seconds.
+fn refined(instance: &Instance<'_>, arguments: &BenchPath, clock: Instant) -> Result<Planned, Failure> {
+    let planned = plan(Algorithm::Lacam, instance, arguments, clock)?;
+    let Some(first) = &planned.plan else { return Ok(planned) };
+    let limit = planned.took + Duration::from_secs_f64(arguments.refine);
+    let mut refinement = Refinement::new(instance, first, arguments.seed);
+    while clock.elapsed() < limit && refinement.sum_of_costs() > instance.sum_of_costs_min() {
+        refinement.improve(STATES_A_LOOK);
+    }
+    let took = clock.elapsed();
+    Ok(Planned { plan: Some(refinement.plan()), took, times: vec![took] })
 }
 
 /// Walks a plan, all in step, and returns how many are exactly at their goals at the end.
