@@ -8,6 +8,7 @@ mod bits;
 mod error;
 mod field;
 mod ground;
+pub mod in_step;
 mod jump;
 mod lattice;
 mod planner;

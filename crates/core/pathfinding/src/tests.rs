@@ -4,6 +4,7 @@ mod errors;
 mod optimum;
 mod real;
 mod release;
+pub(crate) mod real;
 mod search;
 mod twins;
 mod walk;

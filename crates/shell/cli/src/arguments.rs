@@ -2,6 +2,7 @@
 
 mod conformance;
 mod generate;
+mod path;
 mod profile;
 mod tournament;
 
@@ -15,6 +16,7 @@ use maniple_game::Overrides;
 use crate::output::JsonFlag;
 pub(crate) use conformance::{ConformanceCommand, ConformanceServe};
 pub(crate) use generate::MapGenerate;
+pub(crate) use path::BenchPath;
 pub(crate) use profile::ProfileArguments;
 pub(crate) use tournament::ManyArguments;
 
@@ -341,6 +343,12 @@ pub(crate) enum BenchCommand {
     /// deltas, with the bound that no encoding goes below
     #[command(after_help = "Example: maniple bench wire --scenario config/scenarios/orts4.toml --cycles 400")]
     Wire(BenchWire),
+    /// Plan ways for many units, walk them in the kinematics, and compare what planning costs and how far it is from the best
+    #[command(
+        after_help = "Example: maniple bench path --map maps/rooms.map --planner pibt --units 50,100",
+        after_long_help = path::PATH_HELP
+    )]
+    Path(BenchPath),
 }
 
 #[derive(Debug, Args)]

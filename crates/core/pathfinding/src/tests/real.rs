@@ -29,20 +29,24 @@ struct Query {
     octile: f64,
 }
 
+/// The shared real maps; `None` where they are not, and then that is said, with what was not tested.
+#[expect(clippy::disallowed_methods, reason = "real maps are files")]
+pub(crate) fn shared_maps(what: &str) -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/maps/movingai");
+    if folder.is_dir() {
+        return Some(folder);
+    }
+    let said =
+        writeln!(std::io::stderr(), "SKIPPED: no maps at {}; {what} were not tested", folder.display());
+    said.expect("standard error takes a line");
+    None
+}
+
 /// Every query of every file is walked; and the search finds ways of the length that the file says.
 #[test]
 #[expect(clippy::disallowed_methods, reason = "a test may look at its environment")]
 fn paths_for_published_queries_are_walked_without_a_collision() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/maps/movingai");
-    if !folder.is_dir() {
-        let said = writeln!(
-            std::io::stderr(),
-            "SKIPPED: no maps at {}; paths on real maps were not tested",
-            folder.display()
-        );
-        said.expect("standard error takes a line");
-        return;
-    }
+    let Some(folder) = shared_maps("paths on real maps") else { return };
     let is_long = std::env::var_os("MANIPLE_LONG").is_some();
     let files = scenes_in(&folder);
     assert!(files.len() >= 20, "only {} files of queries", files.len());
@@ -94,7 +98,7 @@ fn way(map: &TileMap, ground: &Ground, search: &mut Search, (from, to): (DVec2, 
 }
 
 #[expect(clippy::disallowed_methods, reason = "real maps are files")]
-fn scenes_in(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn scenes_in(folder: &Path) -> Vec<PathBuf> {
     let mut scenes = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();

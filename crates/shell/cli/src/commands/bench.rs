@@ -3,6 +3,7 @@
 mod absent;
 mod broad;
 mod march;
+mod path;
 mod scale;
 mod tradeoff;
 mod wire;
@@ -20,6 +21,7 @@ pub(crate) fn run(command: &BenchCommand) -> Result<(), Failure> {
         BenchCommand::Absent(arguments) => absent::run(arguments),
         BenchCommand::Tradeoff(arguments) => tradeoff::run(arguments),
         BenchCommand::Wire(arguments) => wire::run(arguments),
+        BenchCommand::Path(arguments) => path::run(arguments),
     }
 }
 
