@@ -24,4 +24,6 @@ pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
-pub use release::{Goals, Group, ReleaseError, Request, Schedule, Walk, bound, release};
+pub use release::{
+    Goals, Group, Moving, ReleaseError, Request, Schedule, Walk, bound, release, release_some,
+};

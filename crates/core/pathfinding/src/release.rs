@@ -19,4 +19,4 @@ mod trunk;
 
 pub use bound::bound;
 pub use error::ReleaseError;
-pub use schedule::{Goals, Group, Request, Schedule, Walk, release};
+pub use schedule::{Goals, Group, Moving, Request, Schedule, Walk, release, release_some};

@@ -2,9 +2,8 @@
 
 mod errors;
 mod optimum;
-mod real;
-mod release;
 pub(crate) mod real;
+mod release;
 mod search;
 mod twins;
 mod walk;

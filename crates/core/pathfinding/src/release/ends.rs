@@ -157,11 +157,11 @@ impl Ends {
                 point,
                 stream,
                 distance: starts[index].distance,
-                legs: Vec::new(),
-                trajectory: Trajectory::still(point),
+                trajectory: Trajectory::new(point, &legs, 1.0),
+                legs,
             });
-            let trajectory = Trajectory::new(point, &legs, 1.0);
-            self.push_goal(stream, Goal { index: places[index], point: goal, trajectory, legs });
+            let trajectory = Trajectory::still(goal);
+            self.push_goal(stream, Goal { index: places[index], point: goal, trajectory, legs: Vec::new() });
         }
         Ok(())
     }

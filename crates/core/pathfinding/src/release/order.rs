@@ -1,6 +1,7 @@
 //! Who goes next, and where.
 
 use super::ends::Ends;
+use super::traffic::reach_from;
 
 /// How many of those who have not left stand in the way of somebody.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,13 +76,15 @@ impl Order {
         };
         for (number, start) in starts.iter().enumerate() {
             for (other, standing) in starts.iter().enumerate() {
+                let reach = reach_from(start.point, standing.point, reach);
                 if other != number && start.trajectory.leads_over(standing.point, reach) {
                     order.start_blocked[number].add(start.group == standing.group);
                     order.stands_in[other].0.push(number);
                 }
             }
             for (other, goal) in goals.iter().enumerate() {
-                if start.trajectory.leads_over(goal.point, reach) {
+                let is_own = start.trajectory.goal() == goal.point;
+                if !is_own && start.trajectory.leads_over(goal.point, reach) {
                     order.covered[other] += 1;
                     order.start_covers[number].push(other);
                 }
@@ -94,8 +97,7 @@ impl Order {
     fn look_from_goals(&mut self, ends: &Ends, reach: f64) {
         for (number, goal) in ends.goals.iter().enumerate() {
             for (other, standing) in ends.starts.iter().enumerate() {
-                let is_own_start = goal.trajectory.start() == standing.point;
-                if !is_own_start && goal.trajectory.leads_over(standing.point, reach) {
+                if goal.trajectory.leads_over(standing.point, reach) {
                     self.goal_blocked[number].add(self.group_of_goal[number] == standing.group);
                     self.stands_in[other].1.push(number);
                 }

@@ -7,7 +7,7 @@ use super::ends::Ends;
 use super::error::ReleaseError;
 use super::order::{Care, Order};
 use super::traffic::{Planned, Traffic};
-use super::trajectory::Trajectory;
+use super::trajectory::{Piece, Trajectory};
 use crate::around::{Crowd, Detours};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::Planner;
@@ -15,9 +15,10 @@ use crate::planner::Planner;
 /// Circles, and goals for each, for which a way around others is looked for before somebody departs who relies on others to have left.
 const DETOURS_MAX: usize = 4;
 
-/// From where on goals are numbered in a crowd, and from where those who stay.
+/// From where on goals are numbered in a crowd, and from where those who stay, and the goals of those on their way.
 const GOALS: usize = 1 << 24;
 const STILL: usize = 1 << 25;
+const MOVING: usize = 1 << 26;
 
 /// Whose goals are whose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +49,23 @@ pub struct Request<'a> {
     pub speed: f64,
     /// Who stays where it is.
     pub still: &'a [Circle],
+    /// Who is on its way already, and keeps to it.
+    pub moving: &'a [Moving],
+}
+
+/// A circle that is on its way, or is going to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moving {
+    /// Where it starts, in world units.
+    pub from: DVec2,
+    /// The goals of its legs.
+    pub legs: Vec<DVec2>,
+    /// When it departs, in cycles since the beginning of the schedule; may be negative.
+    pub departure: f64,
+    /// In world units a cycle.
+    pub speed: f64,
+    /// In world units.
+    pub radius: f64,
 }
 
 /// When and how one circle goes.
@@ -83,30 +101,53 @@ const FEWER_LANES_MAX: usize = 3;
 /// A group with fewer or more goals than circles, an end without a path, or nobody left whose way is ever free: then another
 /// planner has to help.
 pub fn release(ground: &Ground, request: &Request<'_>) -> Result<Schedule, ReleaseError> {
-    let mut best: Result<Schedule, ReleaseError> = attempt(ground, request, 0);
+    let mut best = attempt(ground, request, (Reliance::OnAll, 0))?;
     for fewer_lanes in 1..=FEWER_LANES_MAX {
-        if matches!(best, Err(ReleaseError::Goals { .. } | ReleaseError::Path(_))) {
-            return best;
-        }
-        let another = attempt(ground, request, fewer_lanes);
-        let is_better = match (&best, &another) {
-            (Ok(best), Ok(another)) => another.makespan < best.makespan,
-            (Err(_), Ok(_)) => true,
-            (Ok(_) | Err(_), Err(_)) => false,
-        };
-        let is_enough = best.is_ok();
-        if is_better {
+        let is_enough = best.stuck.is_none();
+        let another = attempt(ground, request, (Reliance::OnAll, fewer_lanes))?;
+        if another.stuck.is_none() && (!is_enough || another.makespan < best.makespan) {
             best = another;
         }
         if is_enough {
             break;
         }
     }
-    best
+    if let Some(error) = best.stuck {
+        return Err(error);
+    }
+    let all = |walks: Vec<Option<Walk>>| walks.into_iter().map(|walk| walk.expect("all left")).collect();
+    Ok(Schedule { walks: best.walks.into_iter().map(all).collect(), makespan: best.makespan })
+}
+
+/// Returns a schedule for as many as can go even if all others stay where they are; `None` for each of those.
+///
+/// # Errors
+/// A group with fewer or more goals than circles, or an end without a path.
+pub fn release_some(ground: &Ground, request: &Request<'_>) -> Result<Vec<Vec<Option<Walk>>>, ReleaseError> {
+    Ok(attempt(ground, request, (Reliance::OnNobody, 0))?.walks)
+}
+
+/// Whether somebody may depart who relies on others to leave in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reliance {
+    OnAll,
+    OnNobody,
+}
+
+/// What came of one try.
+struct Attempt {
+    walks: Vec<Vec<Option<Walk>>>,
+    makespan: f64,
+    /// Why not all have a walk.
+    stuck: Option<ReleaseError>,
 }
 
 /// One try to find a schedule.
-fn attempt(ground: &Ground, request: &Request<'_>, fewer_lanes: usize) -> Result<Schedule, ReleaseError> {
+fn attempt(
+    ground: &Ground,
+    request: &Request<'_>,
+    (reliance, fewer_lanes): (Reliance, usize),
+) -> Result<Attempt, ReleaseError> {
     let mut planner = Planner::new(ground);
     let mut ends = Ends::new(fewer_lanes);
     for (number, group) in request.groups.iter().enumerate() {
@@ -114,23 +155,26 @@ fn attempt(ground: &Ground, request: &Request<'_>, fewer_lanes: usize) -> Result
     }
     let mut board = Board::new(ground, request, &ends);
     let mut order = Order::new(&ends, 2.0 * ground.radius() + MARGIN);
-    let mut walks: Vec<Vec<Option<Walk>>> =
-        request.groups.iter().map(|group| vec![None; group.starts.len()]).collect();
-    let mut makespan = 0.0;
+    let walks = request.groups.iter().map(|group| vec![None; group.starts.len()]).collect();
+    let mut attempt = Attempt { walks, makespan: 0.0, stuck: None };
     while !order.is_empty() {
-        let departing = board.next(&ends, &mut order)?;
+        let Some(departing) = board.next(&ends, &mut order, reliance)? else {
+            let start = &ends.starts[order.first(1)[0]];
+            let (group, circle, from) = (start.group, start.index, start.point);
+            attempt.stuck = Some(ReleaseError::NoDeparture { group, circle, from });
+            break;
+        };
         let Departing { start: number, goal: goal_number, departure, trajectory } = departing;
         let (start, goal) = (&ends.starts[number], &ends.goals[goal_number]);
         let arrival = departure + trajectory.duration();
-        let legs = trajectory.legs().iter().map(|leg| leg.end()).collect();
-        walks[start.group][start.index] = Some(Walk { goal: goal.index, departure, arrival, legs });
+        let legs = trajectory.legs().iter().map(Piece::end).collect();
+        attempt.walks[start.group][start.index] = Some(Walk { goal: goal.index, departure, arrival, legs });
+        attempt.makespan = arrival.greater(attempt.makespan);
         board.leave((number, start.point), (goal_number, goal.point));
         board.traffic.push(Planned { trajectory, departure, radius: ground.radius() });
         order.leave(&ends, (number, goal_number));
-        makespan = arrival.greater(makespan);
     }
-    let all = |walks: Vec<Option<Walk>>| walks.into_iter().map(|walk| walk.expect("all left")).collect();
-    Ok(Schedule { walks: walks.into_iter().map(all).collect(), makespan })
+    Ok(attempt)
 }
 
 /// A circle that has been found a departure.
@@ -165,6 +209,13 @@ impl<'a> Board<'a> {
             board.traffic.push(Planned { trajectory, departure: 0.0, radius: circle.radius });
             board.crowd.insert(STILL + number, circle.center, ground.radius() + circle.radius + MARGIN);
         }
+        for (number, moving) in request.moving.iter().enumerate() {
+            let trajectory = Trajectory::new(moving.from, &moving.legs, moving.speed);
+            let reach = ground.radius() + moving.radius + MARGIN;
+            board.crowd.insert(MOVING + number, trajectory.goal(), reach);
+            let (departure, radius) = (moving.departure, moving.radius);
+            board.traffic.push(Planned { trajectory, departure, radius });
+        }
         for (number, start) in ends.starts.iter().enumerate() {
             board.crowd.insert(number, start.point, board.reach());
         }
@@ -176,33 +227,41 @@ impl<'a> Board<'a> {
         2.0 * self.ground.radius() + MARGIN
     }
 
-    /// Returns who departs next, when and how.
-    fn next(&mut self, ends: &Ends, order: &mut Order) -> Result<Departing, ReleaseError> {
+    /// Returns who departs next, when and how; `None` where nobody can.
+    fn next(
+        &mut self,
+        ends: &Ends,
+        order: &mut Order,
+        reliance: Reliance,
+    ) -> Result<Option<Departing>, ReleaseError> {
         let mut has_tried_detours = false;
         while let Some((choice, care)) = order.next(ends) {
-            if care > Care::Open && !has_tried_detours {
-                has_tried_detours = true;
-                for number in order.first(DETOURS_MAX) {
-                    if let Some(departing) = self.detour(ends, order, number)? {
+            if care > Care::Open {
+                let count = if reliance == Reliance::OnAll { DETOURS_MAX } else { usize::MAX };
+                for number in if has_tried_detours { Vec::new() } else { order.first(count) } {
+                    let departing = self.detour(ends, order, number)?;
+                    if departing.is_some() {
                         return Ok(departing);
                     }
+                }
+                has_tried_detours = true;
+                if reliance == Reliance::OnNobody {
+                    return Ok(None);
                 }
             }
             let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
             let legs = [&start.legs[..], &goal.legs].concat();
             let trajectory = Trajectory::new(start.point, &legs, self.speed);
-            if let Some(departing) = self.departing(choice, trajectory) {
-                return Ok(departing);
+            let mut departing = self.departing(choice, trajectory);
+            if departing.is_none() {
+                departing = self.detour(ends, order, choice.0)?;
             }
-            if let Some(departing) = self.detour(ends, order, choice.0)? {
+            if departing.is_some() {
                 return Ok(departing);
             }
             order.put_off(choice.0);
         }
-        let number = order.first(1)[0];
-        let start = &ends.starts[number];
-        let (group, circle, from) = (start.group, start.index, start.point);
-        Err(ReleaseError::NoDeparture { group, circle, from })
+        Ok(None)
     }
 
     fn departing(&mut self, (start, goal): (usize, usize), trajectory: Trajectory) -> Option<Departing> {

@@ -1,5 +1,6 @@
 //! Who is on the way already, and when another can depart.
 
+use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::conflict::{Span, forbid};
@@ -16,6 +17,16 @@ pub(crate) struct Planned {
     /// In cycles since the beginning of the schedule.
     pub(crate) departure: f64,
     pub(crate) radius: f64,
+}
+
+/// How much nearer than they are two circles may come that are too near to each other from the start, in world units: 2^-44.
+const NEARER: f64 = 1.0 / (1u64 << 44) as f64;
+
+/// How near two circles may come that start in two points: as near as `reach`, or, where they start nearer to each other, as they
+/// are. Circles that have collided stand a skin above touching, and have to get away from each other.
+pub(crate) fn reach_from(start: DVec2, other: DVec2, reach: f64) -> f64 {
+    let distance = start.distance(other);
+    if distance < reach { distance - NEARER } else { reach }
 }
 
 /// All circles whose plans stand.
@@ -37,7 +48,8 @@ impl Traffic {
         self.spans.clear();
         for other in &self.planned {
             let first = self.spans.len();
-            forbid(trajectory, &other.trajectory, reach + other.radius, &mut self.spans);
+            let reach = reach_from(trajectory.start(), other.trajectory.start(), reach + other.radius);
+            forbid(trajectory, &other.trajectory, reach, &mut self.spans);
             let mut kept = first;
             for index in first..self.spans.len() {
                 let span = self.spans[index];

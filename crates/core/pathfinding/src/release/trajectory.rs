@@ -122,6 +122,10 @@ impl Trajectory {
         self.pieces[0].point
     }
 
+    pub(crate) fn goal(&self) -> DVec2 {
+        self.pieces[self.pieces.len() - 1].point
+    }
+
     /// How long it takes from departure to arrival, in cycles.
     pub(crate) fn duration(&self) -> f64 {
         self.legs().last().map_or(0.0, |leg| leg.until)

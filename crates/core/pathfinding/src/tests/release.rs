@@ -87,7 +87,7 @@ fn walk(map: &TileMap, radius: f64, groups: &[Group], schedule: &Schedule) -> (u
 /// Schedules groups, walks them, and returns the makespan over the bound of the slowest group.
 fn check(name: &str, map: &TileMap, radius: f64, groups: &[Group]) -> f64 {
     let ground = Ground::new(map, radius).unwrap();
-    let request = Request { groups, speed: SPEED, still: &[] };
+    let request = Request { groups, speed: SPEED, still: &[], moving: &[] };
     let schedule = release(&ground, &request).unwrap_or_else(|error| panic!("{name}: {error}"));
     let (collisions, last) = walk(map, radius, groups, &schedule);
     assert_eq!(collisions, 0, "{name}");
@@ -170,7 +170,7 @@ fn who_stands_in_the_way_is_gone_around() {
     let groups = [group(block((4, 4), DVec2::new(middle, 9.0)), block((4, 4), DVec2::new(middle, 33.0)))];
     let ground = Ground::new(&map, RADIUS).unwrap();
     let stone = |x: f64, y: f64| Circle::new(DVec2::new(x, y), 0.5);
-    let request = |still| release(&ground, &Request { groups: &groups, speed: SPEED, still });
+    let request = |still| release(&ground, &Request { groups: &groups, speed: SPEED, still, moving: &[] });
     let some = [stone(middle, 21.5), stone(middle - 1.0, 21.5), stone(middle - 2.0, 21.5)];
     let schedule = request(&some).unwrap();
     for walk in &schedule.walks[0] {
@@ -182,7 +182,7 @@ fn who_stands_in_the_way_is_gone_around() {
     let wall = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|x| stone(middle + x, 21.5));
     assert!(matches!(request(&wall), Err(ReleaseError::NoDeparture { group: 0, .. })));
     let odd = [group(vec![DVec2::new(middle, 9.0)], vec![])];
-    let error = release(&ground, &Request { groups: &odd, speed: SPEED, still: &[] });
+    let error = release(&ground, &Request { groups: &odd, speed: SPEED, still: &[], moving: &[] });
     assert_eq!(error, Err(ReleaseError::Goals { group: 0, circles: 1, goals: 0 }));
 }
 
