@@ -5,6 +5,7 @@
 
 mod around;
 mod bits;
+mod controller;
 mod error;
 mod field;
 mod ground;
@@ -20,6 +21,7 @@ mod tighten;
 mod walls;
 
 pub use around::{Crowd, Detours};
+pub use controller::{Controller, Order, Progress, Scene, Seen, Tactic, UnknownTactic};
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};

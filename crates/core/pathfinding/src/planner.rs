@@ -83,6 +83,13 @@ impl<'a> Planner<'a> {
         Ok(self.finish(from, to))
     }
 
+    /// Returns whether there is a path from a point to another; said without a search.
+    pub fn connects(&mut self, from: DVec2, to: DVec2) -> bool {
+        self.begin(from, to).is_ok_and(|departure| {
+            self.ground.walls.is_clear(departure, to) || self.connect(from, departure, to).is_ok()
+        })
+    }
+
     /// Checks both ends, begins the path with the start, and returns the point from which it keeps its distance.
     fn begin(&mut self, from: DVec2, to: DVec2) -> Result<DVec2, PlanError> {
         check_within(self.ground, Which::Start, from)?;
