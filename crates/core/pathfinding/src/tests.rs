@@ -1,5 +1,6 @@
 //! Tests of the whole crate: paths are walked by the kinematics, and every fast answer has a slow obvious twin.
 
+mod controller;
 mod errors;
 mod optimum;
 pub(crate) mod real;

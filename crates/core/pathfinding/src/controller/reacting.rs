@@ -70,8 +70,10 @@ impl Reacting {
                     orders.push(Order { unit, legs, start: None });
                     self.patience[unit] = scene.cycle + GRACE;
                 }
-                Ok(None) => self.patience[unit] = scene.cycle + GRACE,
-                Err(_) => self.progress[unit] = Progress::Unreachable,
+                Ok(None) if planner.connects(seen.position, goal) => {
+                    self.patience[unit] = scene.cycle + GRACE;
+                }
+                Ok(None) | Err(_) => self.progress[unit] = Progress::Unreachable,
             }
         }
         orders

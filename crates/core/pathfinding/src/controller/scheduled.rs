@@ -7,7 +7,7 @@ use super::Progress;
 use super::scene::{GRACE, Order, Scene, Seen, is_there};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::{Planner, length};
-use crate::release::{Goals, Group, Moving, ReleaseError, Request, Walk, release, release_some};
+use crate::release::{Goals, Group, Moving, Request, Walk, by_distance, release, release_some};
 
 /// Cycles between a plan and the first departure: so much later an order may apply than it was given.
 const LEAD: u32 = 3;
@@ -15,6 +15,13 @@ const LEAD: u32 = 3;
 /// Cycles from one attempt to schedule those who wait to the next, at first and at most: each that brings nothing doubles them.
 const RETRY_MIN: u32 = 8;
 const RETRY_MAX: u32 = 128;
+
+/// From how many on those who wait are scheduled as one group, in lanes; fewer may be anywhere, and go each by itself to the goal that
+/// is assigned to it.
+const GROUP_MIN: usize = 32;
+
+/// How often a unit that has arrived may be roused to make room for another, so that no two make room for each other for ever.
+const ROUSED_MAX: u32 = 4;
 
 /// Most legs of a walk that are ordered at once; who has more is scheduled anew at the end of them.
 const LEGS_MAX: usize = 64;
@@ -50,6 +57,8 @@ pub(crate) struct Scheduled {
     speed: f64,
     /// Empty before the first cycle.
     states: Vec<State>,
+    /// How often each has been roused.
+    roused: Vec<u32>,
     /// The cycle of the next attempt to schedule those who wait, and the cycles to the one after it.
     next: u32,
     retry: u32,
@@ -57,12 +66,13 @@ pub(crate) struct Scheduled {
 
 impl Scheduled {
     pub(crate) fn new(goals: Vec<DVec2>, speed: f64) -> Self {
-        Self { goals, speed, states: Vec::new(), next: 0, retry: RETRY_MIN }
+        Self { goals, speed, states: Vec::new(), roused: Vec::new(), next: 0, retry: RETRY_MIN }
     }
 
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
         if self.states.is_empty() {
             self.states = vec![State::Idle { since: 0 }; scene.units.len()];
+            self.roused = vec![0; scene.units.len()];
         }
         let mut orders = Vec::new();
         let dropped = self.look(scene);
@@ -118,25 +128,20 @@ impl Scheduled {
         let mut rests: Vec<(DVec2, f64)> = idle.map(|(_, seen)| (seen.position, reach)).collect();
         rests
             .extend(scene.others.iter().map(|other| (other.center, ground.radius() + other.radius + MARGIN)));
-        let mut known = 0;
-        while known < rests.len() {
-            let new = rests.split_off(known);
+        let mut looked_at = 0;
+        while let Some(&rest) = rests.get(looked_at) {
+            looked_at += 1;
             for (unit, state) in self.states.iter_mut().enumerate() {
                 let State::Planned(plan) = state else { continue };
                 let ahead = plan.ahead(scene.units[unit]);
-                if !new.iter().any(|&rest| leads_over(&ahead, rest)) {
-                    continue;
+                if leads_over(&ahead, rest) {
+                    // By the time the order applies it may be anywhere up to here.
+                    let there = along(&ahead, self.speed * f64::from(GRACE));
+                    rests.extend([(scene.units[unit].position, reach), (there, reach)]);
+                    orders.push(Order::stop(unit));
+                    *state = State::Idle { since: scene.cycle + GRACE };
                 }
-                // By the time the order applies it may be anywhere up to here.
-                let there = along(&ahead, self.speed * f64::from(GRACE));
-                rests.extend([(scene.units[unit].position, reach), (there, reach)]);
-                orders.push(Order::stop(unit));
-                *state = State::Idle { since: scene.cycle + GRACE };
             }
-            let found = rests.split_off(known);
-            rests.extend(new);
-            known = rests.len();
-            rests.extend(found);
         }
     }
 
@@ -153,7 +158,7 @@ impl Scheduled {
             self.put_off(scene.cycle);
             return;
         }
-        let (group, places) = self.group(scene, &mut ready, free);
+        let groups = self.groups(scene, &mut ready, free);
         let base = scene.cycle + LEAD;
         let mut still = scene.others.to_vec();
         let mut moving = Vec::new();
@@ -168,20 +173,56 @@ impl Scheduled {
                 }
             }
         }
-        let groups = [group];
+        let (groups, places): (Vec<Group>, Vec<Vec<usize>>) = groups.into_iter().unzip();
         let request = Request { groups: &groups, speed: self.speed, still: &still, moving: &moving };
-        let walks = walks(ground, &request);
+        let is_first = self.states.iter().all(|state| matches!(state, State::Idle { .. }));
+        let walks = walks(ground, &request, is_first);
+        let places = walks.iter().zip(&places).flat_map(|(walks, places)| walks.iter().map(move |_| places));
+        let places: Vec<&Vec<usize>> = places.collect();
         let mut departed = 0;
-        for (&unit, walk) in ready.iter().zip(walks) {
+        for ((&unit, walk), places) in ready.iter().zip(walks.iter().flatten()).zip(places) {
             let Some(walk) = walk else { continue };
             departed += 1;
-            self.depart(unit, (places[walk.goal], walk), (scene, base), orders);
+            self.depart(unit, (places[walk.goal], walk.clone()), (scene, base), orders);
         }
         if departed == 0 {
             self.put_off(scene.cycle);
+            if self.rouse(ground, scene, &ready) {
+                self.next = scene.cycle + 1;
+            }
         } else {
             (self.next, self.retry) = (scene.cycle + RETRY_MIN, RETRY_MIN);
         }
+    }
+
+    /// Rouses those who have arrived in the way of the first of those who wait; returns whether there are any.
+    ///
+    /// Goals fill up in another order than was planned where somebody comes late: then the free ones lie behind taken ones.
+    fn rouse(&mut self, ground: &Ground, scene: &Scene<'_>, waiting: &[usize]) -> bool {
+        let reach = 2.0 * ground.radius() + MARGIN;
+        let mut planner = Planner::new(ground);
+        let free = self.free_goals();
+        for &unit in waiting {
+            let from = scene.units[unit].position;
+            for &goal in &free {
+                let Ok(legs) = planner.path(from, self.goals[goal]) else { continue };
+                let way: Vec<DVec2> = std::iter::once(from).chain(legs.iter().copied()).collect();
+                let is_in_the_way = |other: &usize| {
+                    let is_arrived = matches!(self.states[*other], State::Arrived(_));
+                    let position = scene.units[*other].position;
+                    is_arrived && self.roused[*other] < ROUSED_MAX && leads_over(&way, (position, reach))
+                };
+                let others: Vec<usize> = (0..self.states.len()).filter(is_in_the_way).collect();
+                for &other in &others {
+                    self.roused[other] += 1;
+                    self.states[other] = State::Idle { since: scene.cycle };
+                }
+                if !others.is_empty() {
+                    return true;
+                }
+            }
+        }
+        false
     }
 
     fn put_off(&mut self, cycle: u32) {
@@ -221,17 +262,30 @@ impl Scheduled {
         });
     }
 
-    /// The units that are ready as a group, with as many goals: those that are nearest to them. Leaves as many ready as there are
-    /// goals.
-    fn group(&self, scene: &Scene<'_>, ready: &mut Vec<usize>, mut free: Vec<usize>) -> (Group, Vec<usize>) {
+    /// The units that are ready as groups, with as many goals, and the places of these: those that are nearest. Leaves as many ready
+    /// as there are goals.
+    fn groups(
+        &self,
+        scene: &Scene<'_>,
+        ready: &mut Vec<usize>,
+        mut free: Vec<usize>,
+    ) -> Vec<(Group, Vec<usize>)> {
         ready.truncate(free.len());
         let starts: Vec<DVec2> = ready.iter().map(|&unit| scene.units[unit].position).collect();
         let middle = starts.iter().sum::<DVec2>() / starts.len() as f64;
         let distance = |goal: usize| self.goals[goal].distance_squared(middle);
         free.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
         free.truncate(ready.len());
-        let goals = free.iter().map(|&goal| self.goals[goal]).collect();
-        (Group { starts, goals, whose: Goals::Interchangeable }, free)
+        let goals: Vec<DVec2> = free.iter().map(|&goal| self.goals[goal]).collect();
+        if ready.len() >= GROUP_MIN {
+            return vec![(Group { starts, goals, whose: Goals::Interchangeable }, free)];
+        }
+        let places = by_distance(&starts, &goals);
+        let single = |(&start, &place): (&DVec2, &usize)| {
+            let group = Group { starts: vec![start], goals: vec![goals[place]], whose: Goals::Own };
+            (group, vec![free[place]])
+        };
+        starts.iter().zip(&places).map(single).collect()
     }
 
     fn depart(
@@ -280,17 +334,13 @@ impl Plan {
     }
 }
 
-/// Schedules all, or else as many as can go.
-fn walks(ground: &Ground, request: &Request<'_>) -> Vec<Option<Walk>> {
-    match release(ground, request) {
-        Ok(schedule) => schedule.walks.into_iter().flatten().map(Some).collect(),
-        Err(ReleaseError::NoDeparture { .. }) => {
-            let some = release_some(ground, request);
-            some.map_or(Vec::new(), |walks| walks.into_iter().flatten().collect())
-        }
-        // The shared way of those who are left may not exist although each of them has one.
-        Err(ReleaseError::Path(_) | ReleaseError::Goals { .. }) => Vec::new(),
+/// Schedules all, or else, or where it is not the first time, as many as can go.
+fn walks(ground: &Ground, request: &Request<'_>, is_first: bool) -> Vec<Vec<Option<Walk>>> {
+    if is_first && let Ok(schedule) = release(ground, request) {
+        return schedule.walks.into_iter().map(|walks| walks.into_iter().map(Some).collect()).collect();
     }
+    // The shared way of those who are left may not exist although each of them has one.
+    release_some(ground, request).unwrap_or_default()
 }
 
 /// Whether a way leads nearer to a point than so many world units; but for its first point, if it moves away from there.

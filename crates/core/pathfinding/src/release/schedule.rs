@@ -15,6 +15,9 @@ use crate::planner::Planner;
 /// Circles, and goals for each, for which a way around others is looked for before somebody departs who relies on others to have left.
 const DETOURS_MAX: usize = 4;
 
+/// The same where nobody relies on others.
+const DETOURS_OF_SOME_MAX: usize = 16;
+
 /// From where on goals are numbered in a crowd, and from where those who stay, and the goals of those on their way.
 const GOALS: usize = 1 << 24;
 const STILL: usize = 1 << 25;
@@ -237,7 +240,7 @@ impl<'a> Board<'a> {
         let mut has_tried_detours = false;
         while let Some((choice, care)) = order.next(ends) {
             if care > Care::Open {
-                let count = if reliance == Reliance::OnAll { DETOURS_MAX } else { usize::MAX };
+                let count = if reliance == Reliance::OnAll { DETOURS_MAX } else { DETOURS_OF_SOME_MAX };
                 for number in if has_tried_detours { Vec::new() } else { order.first(count) } {
                     let departing = self.detour(ends, order, number)?;
                     if departing.is_some() {
