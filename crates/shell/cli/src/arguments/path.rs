@@ -17,7 +17,8 @@ Columns, the same in the table and as JSON; what a planner does not have is - or
   plan_us_p50, plan_us_p99
                        planning in microseconds: single, for a path; pibt, for a step of all; others, for the whole plan
   plan_us_per_unit_cycle
-                       planning by the number of units and the cycles of the plan
+                       planning by the number of units and the cycles of the plan; for pibt its steps alone, for the others with
+                       the distances to goals
   length_ratio_mean, length_ratio_max
                        in step: the sum of costs over the sum of the shortest ways of each alone, and the largest of such
                        ratios of one unit; single: the length over that which the file of queries says, which is of steps in eight
