@@ -19,7 +19,7 @@ pub enum Algorithm {
     Pibt,
     /// Lazy constraints addition search: finds a plan if there is one, quick and not short. A state is a step of all that is tried.
     Lacam,
-    /// Windowed cooperative A*: one after the other around reservations; can get stuck. A state is a place and a time of one.
+    /// Windowed cooperative A*: one after the other around reservations; can get stuck. A state is a window of all.
     #[doc(alias = "cooperative_a_star")]
     Spacetime,
     /// A* over the moves of all at once: the least sum of costs, for a handful. A state is the places of all.

@@ -24,10 +24,13 @@ pub(crate) struct Spacetime<'a> {
     instance: &'a Instance<'a>,
     seed: u64,
     window: u64,
+    /// Of this window, those that failed.
+    attempts: u64,
     order: Vec<u32>,
     reservations: Reservations,
     finder: WayFinder,
     plan: Plan,
+    expanded: u64,
 }
 
 impl<'a> Spacetime<'a> {
@@ -36,10 +39,12 @@ impl<'a> Spacetime<'a> {
             instance,
             seed,
             window: 0,
+            attempts: 0,
             order: (0..).zip(instance.starts()).map(|(agent, _)| agent).collect(),
             reservations: Reservations::new(instance.board().len()),
             finder: WayFinder::new(instance.board()),
             plan: Plan::standing(instance.starts()),
+            expanded: 0,
         }
     }
 
@@ -47,25 +52,29 @@ impl<'a> Spacetime<'a> {
         self.plan.at(self.plan.steps())
     }
 
-    /// Plans a window and goes half of it; returns whether there was a way for everybody.
+    /// Plans a window, and goes half of it where there was a way for everybody. Returns whether to go on.
     fn go_on(&mut self) -> bool {
-        self.window += 1;
-        let (seed, window) = (self.seed, self.window);
-        self.order.sort_by_key(|&agent| (keyed(seed, window, agent.into()), agent));
-        for _ in 0..ATTEMPTS_MAX {
-            match self.attempt() {
-                Ok(ways) => {
-                    for step in 1..=STRIDE {
-                        let at = |way: &Vec<Place>| way[step.min(way.len() - 1)];
-                        let places: Vec<Place> = ways.iter().map(at).collect();
-                        self.plan.push(&places);
-                    }
-                    return true;
+        if self.attempts == 0 {
+            let (seed, window) = (self.seed, self.window);
+            self.order.sort_by_key(|&agent| (keyed(seed, window, agent.into()), agent));
+        }
+        self.expanded += 1;
+        match self.attempt() {
+            Ok(ways) => {
+                for step in 1..=STRIDE {
+                    let at = |way: &Vec<Place>| way[step.min(way.len() - 1)];
+                    let places: Vec<Place> = ways.iter().map(at).collect();
+                    self.plan.push(&places);
                 }
-                Err(stuck) => self.order[..=stuck].rotate_right(1),
+                self.window += 1;
+                self.attempts = 0;
+            }
+            Err(stuck) => {
+                self.order[..=stuck].rotate_right(1);
+                self.attempts += 1;
             }
         }
-        false
+        self.attempts < ATTEMPTS_MAX
     }
 
     /// The ways of all in this window.
@@ -97,12 +106,12 @@ impl<'a> Spacetime<'a> {
 
 impl Search for Spacetime<'_> {
     fn advance(&mut self, budget: u64) -> Option<Outcome> {
-        let end = self.finder.expanded.saturating_add(budget);
+        let end = self.expanded.saturating_add(budget);
         loop {
             if self.now() == self.instance.goals() {
                 return Some(Outcome::Solved(self.plan.clone()));
             }
-            if self.finder.expanded >= end {
+            if self.expanded == end {
                 return None;
             }
             if !self.go_on() {
@@ -112,6 +121,6 @@ impl Search for Spacetime<'_> {
     }
 
     fn expanded(&self) -> u64 {
-        self.finder.expanded
+        self.expanded
     }
 }

@@ -160,7 +160,8 @@ impl WayFinder {
             if node.arrival <= arrival {
                 return;
             }
-            (node.arrival, node.parent) = (arrival, parent);
+            // Where the goal is taken for long, many arrivals have the same bound, and a later one may have come first.
+            (node.arrival, node.parent, node.is_done) = (arrival, parent, false);
         }
         let bucket = (cost - self.least) as usize;
         if self.buckets.len() <= bucket {

@@ -15,13 +15,16 @@ Columns, the same in the table and as JSON; what a planner does not have is - or
   bound                what the makespan cannot be below: the longest way of one alone
   collisions_per_unit  collisions in the kinematics, by the number of units
   plan_us_p50, plan_us_p99
-                       planning in microseconds: single, for a path; pibt, for a step of all; others, for the whole plan
+                       planning in microseconds of processor time: single, for a path; pibt, for a step of all; others, for the whole plan
   plan_us_per_unit_cycle
-                       planning by the number of units and the cycles of the plan
+                       planning by the number of units and the cycles of the plan; for pibt its steps alone, for the others with
+                       the distances to goals
   length_ratio_mean, length_ratio_max
                        in step: the sum of costs over the sum of the shortest ways of each alone, and the largest of such
                        ratios of one unit; single: the length over that which the file of queries says, which is of steps in eight
                        directions through middles of tiles
+  states               what the planner expanded: steps of all (pibt, lacam), windows of all (spacetime), places of all (joint), sets of
+                       ways (conflict); for refined also places and times of one
 Planners: single plans for each unit alone, in straight legs of any direction. The others plan for all together, in step, from
 middle to middle of tiles: pibt makes one step of all after the other, lacam searches through such steps, refined makes what
 lacam finds cheaper for --refine seconds, spacetime plans one after the other around reservations, joint and conflict find the
@@ -54,10 +57,10 @@ pub(crate) struct BenchPath {
     /// The seed of random starts and goals, and of ties
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// How long a plan may take, in seconds; who has none by then has arrived nowhere
+    /// How long a plan may take, in seconds of processor time; who has none by then has arrived nowhere
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = super::positive)]
     pub(crate) seconds: f64,
-    /// How long refined makes a plan better, in seconds
+    /// How long refined makes a plan better, in seconds of processor time
     #[arg(long, value_name = "S", default_value_t = 6.0, value_parser = super::positive)]
     pub(crate) refine: f64,
     #[command(flatten)]

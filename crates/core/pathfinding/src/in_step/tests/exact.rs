@@ -168,6 +168,6 @@ fn an_unsolvable_instance_ends_in_bounded_time() {
     assert_eq!(solve(Algorithm::Lacam, &instance, 1, 1_000), Some(Outcome::Unsolvable));
     assert_eq!(solve(Algorithm::Conflict, &instance, 1, 300), None);
     assert_eq!(solve(Algorithm::Pibt, &instance, 1, 300), None);
-    let spacetime = solve(Algorithm::Spacetime, &instance, 1, 3_000);
+    let spacetime = solve(Algorithm::Spacetime, &instance, 1, 300);
     assert!(spacetime.is_none_or(|outcome| outcome == Outcome::Stuck));
 }

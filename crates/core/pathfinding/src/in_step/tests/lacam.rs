@@ -55,7 +55,7 @@ fn small_puzzles_are_solved_or_said_to_be_unsolvable() {
         }
     }
     println!("{solvable} solvable, {unsolvable} not");
-    assert!(solvable > 100 && unsolvable > 20, "{solvable} {unsolvable}");
+    assert!(solvable >= 50 && unsolvable >= 200, "{solvable} {unsolvable}");
 }
 
 /// The worst case: a room that is full but for one place.
@@ -81,7 +81,7 @@ fn a_search_can_be_spread_over_cycles() {
         let mut search = algorithm.begin(&instance, 9).unwrap();
         let by_ones = (0..3_000).find_map(|_| search.advance(1));
         assert_eq!(at_once, by_ones, "{}", algorithm.name());
-        assert!(search.expanded() <= 3_100, "{}", search.expanded());
+        assert!(search.expanded() <= 3_000, "{}", search.expanded());
     }
 }
 

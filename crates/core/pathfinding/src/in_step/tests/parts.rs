@@ -14,7 +14,7 @@ use crate::{Field, Ground};
 fn circles_too_large_to_follow_each_other_around_a_corner_have_no_board() {
     let map = drawn(&["..", ".."]);
     let of_radius = |radius| Board::new(&Ground::new(&map, radius).unwrap());
-    assert!(RADIUS_IN_STEP_MAX * RADIUS_IN_STEP_MAX * 8.0 < 1.0);
+    const { assert!(RADIUS_IN_STEP_MAX * RADIUS_IN_STEP_MAX * 8.0 < 1.0) };
     assert_eq!(of_radius(RADIUS_IN_STEP_MAX).unwrap().len(), 4);
     for radius in [0.3536, 0.36, 0.49, 1.0] {
         let error = of_radius(radius).unwrap_err();

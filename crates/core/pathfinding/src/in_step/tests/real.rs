@@ -1,26 +1,20 @@
 //! Plans on real maps, for the agents that are published with them.
 
-use maniple_tilemap::{read, read_queries};
-
 use super::solve;
 use crate::Ground;
 use crate::in_step::{Algorithm, Board, Instance};
-use crate::tests::Nothing;
-use crate::tests::real::{scenes_in, shared_maps};
+use crate::tests::real::{load, scenes_in, shared_maps};
 
 /// Agents of each file; a file may have fewer.
 const AGENTS: usize = 120;
 
 #[test]
-#[expect(clippy::disallowed_methods, reason = "real maps are files")]
 fn published_agents_have_valid_plans() {
     let Some(folder) = shared_maps("plans on real maps") else { return };
     let files = scenes_in(&folder.join("mapf"));
     assert!(files.len() >= 14, "only {} files", files.len());
     for file in files {
-        let queries = read_queries(&std::fs::read(&file).unwrap()).unwrap();
-        let map =
-            read("x.map", &std::fs::read(file.with_file_name(&queries[0].map)).unwrap(), &Nothing).unwrap();
+        let (map, queries) = load(&file);
         let board = Board::new(&Ground::new(&map, 0.35).unwrap()).unwrap();
         let place = |(x, y): (u32, u32)| board.place(x, y).unwrap();
         let chosen = &queries[..AGENTS.min(queries.len())];

@@ -119,7 +119,7 @@ fn windows_of_reservations_give_valid_plans_where_there_is_room() {
     for (name, board) in boards() {
         for seed in 0..3 {
             let instance = instance(&board, board.len() / 12, seed);
-            let outcome = solve(Algorithm::Spacetime, &instance, seed, 400_000);
+            let outcome = solve(Algorithm::Spacetime, &instance, seed, 400);
             println!(
                 "{name} {}: {}",
                 instance.agents(),

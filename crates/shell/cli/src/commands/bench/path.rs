@@ -3,6 +3,7 @@
 mod case;
 mod in_step;
 mod single;
+mod stopwatch;
 mod walk;
 
 use std::time::Duration;
@@ -13,6 +14,7 @@ use serde::Serialize;
 use crate::arguments::BenchPath;
 use crate::commands::bench::path::case::Case;
 use crate::commands::bench::path::in_step::InStep;
+use crate::commands::bench::path::stopwatch::Stopwatch;
 use crate::failure::Failure;
 use crate::output::{Format, print, print_text};
 
@@ -39,6 +41,8 @@ struct Row {
     plan_us_per_unit_cycle: Option<f64>,
     length_ratio_mean: Option<f64>,
     length_ratio_max: Option<f64>,
+    /// States that were expanded.
+    states: Option<u64>,
 }
 
 /// A planner that can be asked for by name.
@@ -99,7 +103,7 @@ pub(super) fn run(arguments: &BenchPath) -> Result<(), Failure> {
     let planners = arguments.planners.iter().map(|name| Planner::parse(name));
     let planners = planners.collect::<Result<Vec<_>, _>>()?;
     if format == Format::Text {
-        print_text(&header())?;
+        print_text(&header(arguments))?;
     }
     let mut rows = Vec::new();
     for case in case::cases(arguments)? {
@@ -126,9 +130,12 @@ fn percentile(times: &mut [Duration], percent: usize) -> f64 {
     times.get(place).map_or(0.0, |time| 1e6 * time.as_secs_f64())
 }
 
-fn header() -> String {
+fn header(arguments: &BenchPath) -> String {
     format!(
-        "{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>11} {:>11} {:>13} {:>6} {:>6}\n",
+        "planning in microseconds of {}; radius {}, seed {}\n{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>11} {:>11} {:>13} {:>6} {:>6} {:>9}\n",
+        Stopwatch::MEASURES,
+        arguments.radius,
+        arguments.seed,
         "map",
         "planner",
         "units",
@@ -140,7 +147,8 @@ fn header() -> String {
         "us p99",
         "us/unit/cycle",
         "length",
-        "max"
+        "max",
+        "states",
     )
 }
 
@@ -149,7 +157,7 @@ fn line(row: &Row) -> String {
         value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
     };
     format!(
-        "{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>11.1} {:>11.1} {:>13} {:>6} {:>6}\n",
+        "{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>11.1} {:>11.1} {:>13} {:>6} {:>6} {:>9}\n",
         row.map,
         row.planner,
         row.units,
@@ -162,6 +170,7 @@ fn line(row: &Row) -> String {
         number(row.plan_us_per_unit_cycle, 4),
         number(row.length_ratio_mean, 3),
         number(row.length_ratio_max, 2),
+        row.states.map_or_else(|| "-".to_owned(), |states| states.to_string()),
     )
 }
 

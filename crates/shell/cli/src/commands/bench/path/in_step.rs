@@ -1,12 +1,13 @@
 //! All units together, in step.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::anyhow;
 use maniple_pathfinding::in_step::{Algorithm, Board, Instance, Outcome, Place, Plan, Refinement};
 
 use crate::arguments::BenchPath;
 use crate::commands::bench::path::case::Case;
+use crate::commands::bench::path::stopwatch::Stopwatch;
 use crate::commands::bench::path::walk::Walk;
 use crate::commands::bench::path::{Row, SPEED, percentile};
 use crate::failure::Failure;
@@ -40,7 +41,9 @@ impl InStep {
 #[derive(Debug, Default)]
 struct Planned {
     plan: Option<Plan>,
-    /// Of the whole, distances to goals included.
+    /// States that were expanded.
+    states: u64,
+    /// Of the whole, with the distances to goals; of a closed loop, which needs those once, of its steps alone.
     took: Duration,
     /// Of what a caller waits for at a time.
     times: Vec<Duration>,
@@ -48,7 +51,7 @@ struct Planned {
 
 /// Plans for the first `units` of a case, and walks the plan.
 pub(super) fn measure(way: InStep, case: &Case, units: usize, arguments: &BenchPath) -> Result<Row, Failure> {
-    let clock = Instant::now();
+    let clock = Stopwatch::start();
     let board = Board::new(&case.ground).map_err(Failure::bad_input)?;
     let (starts, goals) = ends(case, &board, units)?;
     let instance = Instance::new(&board, starts, goals)
@@ -79,6 +82,7 @@ pub(super) fn measure(way: InStep, case: &Case, units: usize, arguments: &BenchP
         plan_us_p99: percentile(&mut planned.times, 99),
         length_ratio_mean: ratios.map(|(mean, _)| mean),
         length_ratio_max: ratios.map(|(_, max)| max),
+        states: Some(planned.states),
     })
 }
 
@@ -99,17 +103,21 @@ fn plan(
     algorithm: Algorithm,
     instance: &Instance<'_>,
     arguments: &BenchPath,
-    clock: Instant,
+    clock: Stopwatch,
 ) -> Result<Planned, Failure> {
     let limit = Duration::from_secs_f64(arguments.seconds);
     let mut search = algorithm
         .begin(instance, arguments.seed)
         .map_err(|error| Failure::usage(format!("--units: {error}")))?;
     let is_closed_loop = algorithm == Algorithm::Pibt;
-    let budget = if is_closed_loop { 1 } else { STATES_A_LOOK };
+    let budget = match algorithm {
+        // A state is a step of all, or many of them.
+        Algorithm::Pibt | Algorithm::Spacetime => 1,
+        Algorithm::Lacam | Algorithm::Joint | Algorithm::Conflict => STATES_A_LOOK,
+    };
     let mut planned = Planned::default();
     while clock.elapsed() < limit {
-        let before = Instant::now();
+        let before = Stopwatch::start();
         let outcome = search.advance(budget);
         if is_closed_loop {
             planned.times.push(before.elapsed());
@@ -123,15 +131,18 @@ fn plan(
             Some(Outcome::Unsolvable | Outcome::Stuck) => break,
         }
     }
-    planned.took = clock.elapsed();
-    if !is_closed_loop {
+    planned.states = search.expanded();
+    if is_closed_loop {
+        planned.took = planned.times.iter().sum();
+    } else {
+        planned.took = clock.elapsed();
         planned.times.push(planned.took);
     }
     Ok(planned)
 }
 
 /// Plans by lacam and refines the plan for some seconds.
-fn refined(instance: &Instance<'_>, arguments: &BenchPath, clock: Instant) -> Result<Planned, Failure> {
+fn refined(instance: &Instance<'_>, arguments: &BenchPath, clock: Stopwatch) -> Result<Planned, Failure> {
     let planned = plan(Algorithm::Lacam, instance, arguments, clock)?;
     let Some(first) = &planned.plan else { return Ok(planned) };
     let limit = planned.took + Duration::from_secs_f64(arguments.refine);
@@ -140,7 +151,8 @@ fn refined(instance: &Instance<'_>, arguments: &BenchPath, clock: Instant) -> Re
         refinement.improve(STATES_A_LOOK);
     }
     let took = clock.elapsed();
-    Ok(Planned { plan: Some(refinement.plan()), took, times: vec![took] })
+    let states = planned.states + refinement.expanded();
+    Ok(Planned { plan: Some(refinement.plan()), states, took, times: vec![took] })
 }
 
 /// Walks a plan, all in step, and returns how many are exactly at their goals at the end.

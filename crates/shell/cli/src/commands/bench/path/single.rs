@@ -1,11 +1,10 @@
 //! Each unit alone, in straight legs.
 
-use std::time::Instant;
-
 use glam::DVec2;
 use maniple_pathfinding::{Planner, length};
 
 use crate::commands::bench::path::case::{Case, Query};
+use crate::commands::bench::path::stopwatch::Stopwatch;
 use crate::commands::bench::path::walk::Walk;
 use crate::commands::bench::path::{Row, percentile};
 use crate::failure::Failure;
@@ -20,7 +19,7 @@ pub(super) fn measure(case: &Case, units: usize) -> Result<Row, Failure> {
     for index in 0..units {
         let query = case.queries[index * case.queries.len() / units];
         let (from, to) = (middle(query.start), middle(query.goal));
-        let clock = Instant::now();
+        let clock = Stopwatch::start();
         let legs = planner.path(from, to);
         times.push(clock.elapsed());
         let Ok(legs) = legs else { continue };
@@ -45,6 +44,7 @@ pub(super) fn measure(case: &Case, units: usize) -> Result<Row, Failure> {
         plan_us_per_unit_cycle: None,
         length_ratio_mean: (!ratios.is_empty()).then_some(mean),
         length_ratio_max: ratios.into_iter().reduce(f64::max),
+        states: None,
     })
 }
 
