@@ -50,8 +50,8 @@ impl Controller {
     #[must_use]
     pub fn new(tactic: Tactic, goals: Vec<DVec2>, speed: f64) -> Self {
         let mind = match tactic {
-            Tactic::Alone => Mind::Reacting(Reacting::new(goals, false)),
-            Tactic::Replan => Mind::Reacting(Reacting::new(goals, true)),
+            Tactic::Alone => Mind::Reacting(Reacting::alone(goals)),
+            Tactic::Replan => Mind::Reacting(Reacting::around(goals)),
             Tactic::Follow => Mind::Following(Following::new(goals)),
             Tactic::Auto => Mind::Scheduled(Scheduled::new(goals, speed)),
         };

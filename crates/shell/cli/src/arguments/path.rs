@@ -29,6 +29,10 @@ Planners: single plans for each unit alone, in straight legs of any direction. T
 middle to middle of tiles: pibt makes one step of all after the other, lacam searches through such steps, refined makes what
 lacam finds cheaper for --refine seconds, spacetime plans one after the other around reservations, joint and conflict find the
 least sum of costs for a handful.
+Groups that go anywhere have scenes of their own, or cross the map that --map names: release plans the departures of all on fixed
+ways, and auto does so while it watches and mends what goes wrong; alone, follow and replan are what fails: each its own path, one
+after the other, and each around all who rest. Their bound is of the whole group: the longest way, how far its middle goes, and the
+time that circles need through the narrowest place; for the four of them plan_us is per cycle, of all units.
 
 Example: maniple bench path --map maps/rooms.map --planner pibt --units 50,100";
 

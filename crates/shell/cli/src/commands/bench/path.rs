@@ -1,7 +1,9 @@
 //! `maniple bench path`: what planning costs, and whether what was planned is walked by the kinematics.
 
 mod case;
+mod group;
 mod in_step;
+mod scene;
 mod single;
 mod stopwatch;
 mod walk;
@@ -13,6 +15,7 @@ use serde::Serialize;
 
 use crate::arguments::BenchPath;
 use crate::commands::bench::path::case::Case;
+use crate::commands::bench::path::group::Leading;
 use crate::commands::bench::path::in_step::InStep;
 use crate::commands::bench::path::stopwatch::Stopwatch;
 use crate::failure::Failure;
@@ -52,18 +55,22 @@ enum Planner {
     Single,
     /// All together, in step.
     InStep(InStep),
+    /// Groups, on scenes of their own.
+    Group(Leading),
 }
 
 impl Planner {
     fn all() -> Vec<Self> {
         let in_step = Algorithm::ALL.map(InStep::Planned).into_iter().chain([InStep::Refined]);
-        std::iter::once(Self::Single).chain(in_step.map(Self::InStep)).collect()
+        let groups = Leading::all().map(Self::Group);
+        std::iter::once(Self::Single).chain(in_step.map(Self::InStep)).chain(groups).collect()
     }
 
     fn name(self) -> &'static str {
         match self {
             Self::Single => "single",
             Self::InStep(way) => way.name(),
+            Self::Group(leading) => leading.name(),
         }
     }
 
@@ -82,17 +89,18 @@ impl Planner {
         if units.is_empty() {
             units.push(match self {
                 Self::Single => most,
-                Self::InStep(_) => most.min(UNITS as usize),
+                Self::InStep(_) | Self::Group(_) => most.min(UNITS as usize),
             });
         }
         units.dedup();
         units
     }
 
-    fn measure(self, case: &Case, units: usize, arguments: &BenchPath) -> Result<Row, Failure> {
+    fn measure(self, case: &Case, units: usize, arguments: &BenchPath) -> Result<Option<Row>, Failure> {
         match self {
-            Self::Single => single::measure(case, units),
-            Self::InStep(way) => in_step::measure(way, case, units, arguments),
+            Self::Single => single::measure(case, units).map(Some),
+            Self::InStep(way) => in_step::measure(way, case, units, arguments).map(Some),
+            Self::Group(_) => Ok(None),
         }
     }
 }
@@ -106,14 +114,32 @@ pub(super) fn run(arguments: &BenchPath) -> Result<(), Failure> {
         print_text(&header(arguments))?;
     }
     let mut rows = Vec::new();
-    for case in case::cases(arguments)? {
-        for &planner in &planners {
-            for units in planner.units(&case, arguments) {
-                let row = planner.measure(&case, units, arguments)?;
-                if format == Format::Text {
-                    print_text(&line(&row))?;
+    let mut tell = |row: Row| {
+        let told = if format == Format::Text { print_text(&line(&row)) } else { Ok(()) };
+        rows.push(row);
+        told
+    };
+    if planners.iter().any(|planner| !matches!(planner, Planner::Group(_))) {
+        for case in case::cases(arguments)? {
+            for &planner in &planners {
+                for units in planner.units(&case, arguments) {
+                    planner.measure(&case, units, arguments)?.map_or(Ok(()), &mut tell)?;
                 }
-                rows.push(row);
+            }
+        }
+    }
+    let leadings = planners.iter().filter_map(|planner| match planner {
+        Planner::Group(leading) => Some(*leading),
+        Planner::Single | Planner::InStep(_) => None,
+    });
+    let leadings: Vec<Leading> = leadings.collect();
+    if !leadings.is_empty() {
+        let units = if arguments.units.is_empty() { vec![UNITS] } else { arguments.units.clone() };
+        for units in units {
+            for scene in scene::scenes(units as usize, arguments)? {
+                for &leading in &leadings {
+                    tell(group::measure(leading, &scene)?)?;
+                }
             }
         }
     }

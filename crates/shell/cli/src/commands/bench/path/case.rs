@@ -84,7 +84,7 @@ fn ground(map: &TileMap, arguments: &BenchPath) -> Result<Ground, Failure> {
 }
 
 /// The name of a file without folder and endings.
-fn stem(path: &Path) -> String {
+pub(super) fn stem(path: &Path) -> String {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".scen").unwrap_or(&name);
     name.strip_suffix(".map").or(name.strip_suffix(".tmx")).unwrap_or(name).to_owned()
