@@ -27,9 +27,21 @@ pub(crate) struct Reacting {
 }
 
 impl Reacting {
-    /// Returns the mind that goes around those who rest, or does not.
-    pub(crate) fn new(goals: Vec<DVec2>, goes_around: bool) -> Self {
-        Self { goals, goes_around, places: Vec::new(), patience: Vec::new(), progress: Vec::new(), cursor: 0 }
+    /// Returns the mind that looks at walls alone.
+    pub(crate) fn alone(goals: Vec<DVec2>) -> Self {
+        Self {
+            goals,
+            goes_around: false,
+            places: Vec::new(),
+            patience: Vec::new(),
+            progress: Vec::new(),
+            cursor: 0,
+        }
+    }
+
+    /// Returns the mind that goes around those who rest.
+    pub(crate) fn around(goals: Vec<DVec2>) -> Self {
+        Self { goes_around: true, ..Self::alone(goals) }
     }
 
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {

@@ -176,7 +176,9 @@ impl Scheduled {
         let (groups, places): (Vec<Group>, Vec<Vec<usize>>) = groups.into_iter().unzip();
         let request = Request { groups: &groups, speed: self.speed, still: &still, moving: &moving };
         let is_first = self.states.iter().all(|state| matches!(state, State::Idle { .. }));
-        let walks = walks(ground, &request, is_first);
+        let all = if is_first { all_walks(ground, &request) } else { None };
+        // The shared way of those who are left may not exist although each of them has one.
+        let walks = all.unwrap_or_else(|| release_some(ground, &request).unwrap_or_default());
         let places = walks.iter().zip(&places).flat_map(|(walks, places)| walks.iter().map(move |_| places));
         let places: Vec<&Vec<usize>> = places.collect();
         let mut departed = 0;
@@ -334,13 +336,10 @@ impl Plan {
     }
 }
 
-/// Schedules all, or else, or where it is not the first time, as many as can go.
-fn walks(ground: &Ground, request: &Request<'_>, is_first: bool) -> Vec<Vec<Option<Walk>>> {
-    if is_first && let Ok(schedule) = release(ground, request) {
-        return schedule.walks.into_iter().map(|walks| walks.into_iter().map(Some).collect()).collect();
-    }
-    // The shared way of those who are left may not exist although each of them has one.
-    release_some(ground, request).unwrap_or_default()
+/// Schedules all, if all can go.
+fn all_walks(ground: &Ground, request: &Request<'_>) -> Option<Vec<Vec<Option<Walk>>>> {
+    let schedule = release(ground, request).ok()?;
+    Some(schedule.walks.into_iter().map(|walks| walks.into_iter().map(Some).collect()).collect())
 }
 
 /// Whether a way leads nearer to a point than so many world units; but for its first point, if it moves away from there.

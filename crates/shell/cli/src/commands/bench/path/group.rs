@@ -120,9 +120,8 @@ fn led(walk: &mut Walk, scene: &Scene, tactic: Tactic, cycles_max: f64) -> Resul
         let mut orders = Vec::new();
         for (controller, group) in controllers.iter_mut().zip(&scene.groups) {
             let own = first..first + group.starts.len();
-            let is_other = |(unit, seen): &(usize, &maniple_pathfinding::Seen)| {
-                !own.contains(unit) && !seen.is_moving
-            };
+            let is_other =
+                |(unit, seen): &(usize, &maniple_pathfinding::Seen)| !own.contains(unit) && !seen.is_moving;
             let others: Vec<Circle> = seen
                 .iter()
                 .enumerate()

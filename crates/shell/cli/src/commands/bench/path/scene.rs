@@ -109,9 +109,8 @@ fn rooms(width: usize, (columns, rows): (usize, usize)) -> Result<(TileMap, DVec
     let across = columns + 2 * AROUND + (columns + width) % 2;
     let deep = rows + 2 * AROUND;
     let left = (across - width) / 2;
-    let is_open = |x: usize, y: usize| {
-        !(deep..deep + THICK).contains(&y) || (left..left + width).contains(&x)
-    };
+    let is_open =
+        |x: usize, y: usize| !(deep..deep + THICK).contains(&y) || (left..left + width).contains(&x);
     let map = map(across, 2 * deep + THICK, is_open)?;
     let middle = DVec2::new(0.5 * across as f64, 0.5 * deep as f64);
     let below = middle + DVec2::new(0.0, (deep + THICK) as f64);

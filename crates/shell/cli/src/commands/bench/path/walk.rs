@@ -3,7 +3,9 @@
 use anyhow::Context;
 use glam::DVec2;
 use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId};
-use maniple_kinematics::{EventKind, Layers, Leg, OrderError, Placement, Stops, WAYPOINTS_MAX, Wall, WallKind, World};
+use maniple_kinematics::{
+    EventKind, Layers, Leg, OrderError, Placement, Stops, WAYPOINTS_MAX, Wall, WallKind, World,
+};
 use maniple_pathfinding::Seen;
 use maniple_tilemap::TileMap;
 
