@@ -139,7 +139,7 @@ fn map(width: usize, height: usize, is_open: impl Fn(usize, usize) -> bool) -> R
     let shapes: Vec<TileShape> = tiles.map(|(x, y)| shape(is_open(x, y))).collect();
     let width = u32::try_from(width).unwrap_or(u32::MAX);
     let map = TileMap::of_shapes(width, &shapes, Vec::new());
-    map.ok_or_else(|| Failure::usage("--units: the map of so many would be too large"))
+    map.ok_or_else(|| Failure::usage("--units: the map of so many would be too large".to_owned()))
 }
 
 fn scene(name: &str, map: TileMap, groups: Vec<Group>, arguments: &BenchPath) -> Result<Scene, Failure> {
