@@ -25,8 +25,11 @@ const LOOK: f64 = 0.5;
 /// Circles at rest, by the tiles near which they are, as others see them that are to keep clear.
 #[derive(Clone, Debug, Default)]
 pub struct Crowd {
-    tiles: BTreeMap<(i32, i32), Vec<(usize, DVec2, f64)>>,
+    tiles: BTreeMap<(i32, i32), Vec<Standing>>,
 }
+
+/// A circle of a crowd: its number, its middle, and how far the middles of others keep from that.
+type Standing = (usize, DVec2, f64);
 
 impl Crowd {
     /// Returns nobody.
@@ -140,7 +143,7 @@ impl<'a> Detours<'a> {
         if departure != from && !crowd.is_clear(from, departure) {
             return Ok(None);
         }
-        let first = if departure == from { 1 } else { 0 };
+        let first = usize::from(departure == from);
         let mut points = vec![departure];
         if !is_clear(departure, to) {
             let (mut starts, mut goals) = (Vec::new(), Vec::new());

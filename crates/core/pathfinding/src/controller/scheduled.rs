@@ -165,7 +165,7 @@ impl Scheduled {
         for (unit, (state, seen)) in self.states.iter().zip(scene.units).enumerate() {
             match state {
                 State::Planned(plan) => {
-                    moving.push(plan.moving(f64::from(base), (self.speed, ground.radius())))
+                    moving.push(plan.moving(f64::from(base), (self.speed, ground.radius())));
                 }
                 State::Idle { .. } if ready.contains(&unit) => {}
                 State::Idle { .. } | State::Arrived(_) | State::Unreachable => {

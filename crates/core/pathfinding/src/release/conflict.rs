@@ -45,7 +45,7 @@ fn forbidden(a: &Piece, b: &Piece, reach: f64) -> Option<Span> {
     let between = b.since - a.since;
     match (a.is_moving(), b.is_moving()) {
         (false, false) => (offset.length_squared() < reach * reach)
-            .then(|| Span { from: b.since - a.until, to: b.until - a.since }),
+            .then_some(Span { from: b.since - a.until, to: b.until - a.since }),
         (false, true) => near((offset, -b.velocity), reach, b.duration())
             .map(|(first, last)| Span { from: b.since + first - a.until, to: b.since + last - a.since }),
         (true, false) => near((offset, a.velocity), reach, a.duration())
@@ -128,7 +128,7 @@ mod tests {
         let mut least = f64::INFINITY;
         let mut time = -end;
         while time < end {
-            least = least.min(at(one, time - delay).distance(at(other, time)));
+            least = least.lesser(at(one, time - delay).distance(at(other, time)));
             time += LOOK;
         }
         least
@@ -142,7 +142,7 @@ mod tests {
             let mut trajectory = || {
                 let mut point = || DVec2::new(dice.share(), dice.share()) * 6.0;
                 let (from, legs) = (point(), [point(), point(), point()]);
-                let count = dice.roll() as usize % 4;
+                let count = (0..3).filter(|_| dice.share() < 0.7).count();
                 Trajectory::new(from, &legs[..count], 0.5 + dice.share())
             };
             let (one, other) = (trajectory(), trajectory());

@@ -3,11 +3,11 @@
 use std::collections::VecDeque;
 
 use glam::DVec2;
-use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId};
+use maniple_geometry::{Circle, Limits, ObjectId};
 use maniple_kinematics::{EventKind, Layers, Leg, Placement, Stops, Wall, WallKind, World};
 use maniple_tilemap::TileMap;
 
-use super::release::{block, gap};
+use super::release::{block, gap, moment};
 use super::{Dice, drawn};
 use crate::{Controller, Ground, Order, Progress, Scene, Seen, Tactic};
 
@@ -120,9 +120,7 @@ fn obey(world: &mut World, order: &Order) {
         return;
     }
     let legs: Vec<Leg> = order.legs.iter().map(|&goal| Leg { goal, speed: SPEED }).collect();
-    let start = order
-        .start
-        .map(|start| Moment { cycle: Cycle(start.floor() as u32), fraction: start - start.floor() });
+    let start = order.start.map(moment);
     // An order that comes too late is refused; that is as if it had been lost.
     let _ = world.go(id, &legs, Placement::Replace, start);
 }

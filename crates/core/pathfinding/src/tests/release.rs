@@ -1,7 +1,7 @@
 //! Schedules, walked by the kinematics.
 
 use glam::DVec2;
-use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId};
+use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId, Scalar};
 use maniple_kinematics::{EventKind, Layers, Leg, Placement, Stops, Wall, WallKind, World};
 use maniple_tilemap::TileMap;
 
@@ -41,6 +41,12 @@ pub(crate) fn block((columns, rows): (usize, usize), middle: DVec2) -> Vec<DVec2
     (0..rows).flat_map(|y| (0..columns).map(move |x| first + DVec2::new(x as f64, y as f64))).collect()
 }
 
+/// A time in cycles as a moment.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "schedules of tests are short")]
+pub(crate) fn moment(time: f64) -> Moment {
+    Moment { cycle: Cycle(time.floor() as u32), fraction: time - time.floor() }
+}
+
 fn group(starts: Vec<DVec2>, goals: Vec<DVec2>) -> Group {
     Group { starts, goals, whose: Goals::Interchangeable }
 }
@@ -59,10 +65,8 @@ fn walk(map: &TileMap, radius: f64, groups: &[Group], schedule: &Schedule) -> (u
         for (start, walk) in group.starts.iter().zip(walks) {
             world.insert(ObjectId(id), Circle::new(*start, radius), Layers::GROUND).unwrap();
             let legs: Vec<Leg> = walk.legs.iter().map(|&goal| Leg { goal, speed: SPEED }).collect();
-            let cycle = walk.departure.floor();
-            let moment = Moment { cycle: Cycle(cycle as u32), fraction: walk.departure - cycle };
             if !legs.is_empty() {
-                world.go(ObjectId(id), &legs, Placement::Replace, Some(moment)).unwrap();
+                world.go(ObjectId(id), &legs, Placement::Replace, Some(moment(walk.departure))).unwrap();
             }
             id += 1;
         }
@@ -94,7 +98,7 @@ fn check(name: &str, map: &TileMap, radius: f64, groups: &[Group]) -> f64 {
     assert!((last - schedule.makespan).abs() < 1e-6, "{name}: {last} instead of {}", schedule.makespan);
     assert_eq!(release(&ground, &request), Ok(schedule), "{name}");
     let bounds = groups.iter().map(|group| bound(&ground, group, SPEED).unwrap());
-    let bound = bounds.fold(0.0, f64::max);
+    let bound = bounds.fold(0.0, Scalar::greater);
     let units: usize = groups.iter().map(|group| group.starts.len()).sum();
     println!("{name}: {units} in {last:.1} cycles, {:.3} of the bound {bound:.1}", last / bound);
     last / bound
