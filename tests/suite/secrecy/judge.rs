@@ -2,9 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use glam::DVec2;
 use maniple_game::World;
-use maniple_geometry::{Cycle, ObjectId};
-use maniple_view::{Action, EndOfTask, Mode, Seat, Sighting, Stop, Task};
+use maniple_geometry::{Cycle, Moment, ObjectId};
+use maniple_view::{Action, Base, EndOfTask, Mode, Seat, Sighting, Stop, Task};
 
 use super::players;
 use super::twin::{Seen, Twin};
@@ -196,14 +197,54 @@ impl Judge {
         }
     }
 
-    /// Notes that an own object differs; who was stopped by somebody that has gone at once knows why.
+    /// Notes that an own object differs. Who was stopped by somebody that has gone at once knows why; so does who was bumped into at
+    /// the very moment in which it stopped anyway, and who was stopped by a motion whose past is another.
     fn owe(&self, now: [&Sighting; 2], case: &Case<'_>, found: &mut Found) {
         let is_bumped = |world: usize| matches!(now[world].stop, Some(Stop::Object(Some(by))) if !case.now[world].sees(by));
-        if is_bumped(0) || is_bumped(1) {
+        let is_pushed = |world: usize| self.is_pushed(world, now[world], case);
+        if is_bumped(0) || is_bumped(1) || is_pushed(0) != is_pushed(1) {
             found.lawful.push("bumped");
+        } else if self.is_stopped_by_another_past(now, case) {
+            found.lawful.push("past");
         } else {
             found.owing.push(format!("{:?} {:?}", now[0], now[1]));
         }
+    }
+
+    /// Returns whether somebody was stopped by several at once, of whom at least one has a will of its own.
+    fn is_pushed(&self, world: usize, it: &Sighting, case: &Case<'_>) -> bool {
+        if it.stop != Some(Stop::Object(None)) {
+            return false;
+        }
+        let moment = it.base.moment();
+        let looks = [&case.before[world], &case.now[world]];
+        let touches = |other: &&Sighting| {
+            other.object != it.object
+                && looks.iter().filter_map(|look| look.all.get(&other.object)).any(|other| {
+                    self.twins[world].apart((it, it.base.point), (other, at(&other.base, moment))) <= 1e-6
+                })
+        };
+        let others: Vec<&Sighting> = case.now[world].all.values().filter(touches).collect();
+        others.len() > 1 && others.iter().any(|other| other.owner != Some(self.watcher()))
+    }
+
+    /// Returns whether a stop beside the same object differs in no more than its last bits, and that object came on motions which are
+    /// not the same: all that is seen of it is rounded, but it is the motion that stops.
+    fn is_stopped_by_another_past(&self, now: [&Sighting; 2], case: &Case<'_>) -> bool {
+        let [Some(Stop::Object(Some(one))), Some(Stop::Object(Some(other)))] = now.map(|it| it.stop) else {
+            return false;
+        };
+        let partners = [&case.before[0].all[&one], &case.before[1].all[&other]];
+        let [base, other_base] = now.map(|it| it.base);
+        self.twin_of(0, one) == Some(other)
+            && partners[0].owner != Some(self.watcher())
+            && partners.iter().all(|partner| partner.base.is_moving())
+            && partners[0].base != partners[1].base
+            && now[0].own == now[1].own
+            && now[0].status == now[1].status
+            && base.cycle == other_base.cycle
+            && (base.fraction - other_base.fraction).abs() <= LAST_BITS
+            && (base.point - other_base.point).length() <= LAST_BITS
     }
 
     /// Pairs those who came into sight.
@@ -363,6 +404,9 @@ impl Judge {
     }
 }
 
+/// By how much stops differ that differ in their last bits, in cycles and in world units.
+const LAST_BITS: f64 = 1e-9;
+
 /// The largest splash of a scene, in world units, and some more.
 const SPLASH_MAX: f64 = 1.5;
 
@@ -403,13 +447,20 @@ fn is_departure_of_one(ids: [ObjectId; 2], now: [&Sighting; 2], case: &Case<'_>)
     }) && now.iter().any(|it| it.base.is_moving() && it.base.cycle == played)
 }
 
+/// Returns where a motion is at a moment, whether it has begun by then or not.
+fn at(base: &Base, moment: Moment) -> DVec2 {
+    let cycles = f64::from(moment.cycle.0) - f64::from(base.cycle.0);
+    base.point + base.velocity * (cycles + (moment.fraction - base.fraction))
+}
+
 /// The kind of a stop, without the number of who was in the way.
 fn kind_of_stop(stop: Stop) -> u8 {
     match stop {
         Stop::Arrived => 0,
         Stop::Ordered => 1,
-        Stop::Object(_) => 2,
-        Stop::Segment => 3,
-        Stop::Edge => 4,
+        Stop::Object(Some(_)) => 2,
+        Stop::Object(None) => 3,
+        Stop::Segment => 4,
+        Stop::Edge => 5,
     }
 }

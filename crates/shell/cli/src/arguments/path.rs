@@ -21,8 +21,8 @@ Columns, the same in the table and as JSON; what a planner does not have is - or
                        the distances to goals
   length_ratio_mean, length_ratio_max
                        in step: the sum of costs over the sum of the shortest ways of each alone, and the largest of such
-                       ratios of one unit; single: the length over that which the file of queries says, which is of steps in eight
-                       directions through middles of tiles
+                       ratios of one unit; single: the length over a lower bound, the straight line or, if that is more, 0.9239
+                       (the cosine of 22.5 degrees) of the shortest way of a point in eight directions on half tiles
   states               what the planner expanded: steps of all (pibt, lacam), windows of all (spacetime), places of all (joint), sets of
                        ways (conflict); for refined also places and times of one
 Planners: single plans for each unit alone, in straight legs of any direction. The others plan for all together, in step, from

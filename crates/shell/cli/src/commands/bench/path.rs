@@ -1,5 +1,6 @@
 //! `maniple bench path`: what planning costs, and whether what was planned is walked by the kinematics.
 
+mod bound;
 mod case;
 mod group;
 mod in_step;

@@ -16,8 +16,6 @@ use crate::files;
 pub(super) struct Query {
     pub(super) start: (u32, u32),
     pub(super) goal: (u32, u32),
-    /// How long a way in eight directions is, in tiles; `None` where nobody says so.
-    pub(super) length: Option<f64>,
 }
 
 /// A map, and who goes where on it.
@@ -63,11 +61,7 @@ fn published(scen: &Path, arguments: &BenchPath) -> Result<Case, Failure> {
         return Err(Failure::bad_input(anyhow!(text)).within(scen));
     }
     let ground = ground(&map, arguments)?;
-    let query = |query: &maniple_tilemap::Query| Query {
-        start: query.start,
-        goal: query.goal,
-        length: Some(query.length),
-    };
+    let query = |query: &maniple_tilemap::Query| Query { start: query.start, goal: query.goal };
     Ok(Case { name: stem(scen), map, ground, queries: queries.iter().map(query).collect() })
 }
 
@@ -75,7 +69,7 @@ fn published(scen: &Path, arguments: &BenchPath) -> Result<Case, Failure> {
 fn random(ground: &Ground, seed: u64) -> Result<Vec<Query>, Failure> {
     let board = Board::new(ground).map_err(Failure::bad_input)?;
     let (starts, goals) = scattered(&board, AGENTS_MAX, seed);
-    let query = |(start, goal)| Query { start: board.tile(start), goal: board.tile(goal), length: None };
+    let query = |(start, goal)| Query { start: board.tile(start), goal: board.tile(goal) };
     Ok(starts.into_iter().zip(goals).map(query).collect())
 }
 

@@ -3,7 +3,8 @@
 use glam::DVec2;
 use maniple_pathfinding::{Planner, length};
 
-use crate::commands::bench::path::case::{Case, Query};
+use crate::commands::bench::path::bound::Bound;
+use crate::commands::bench::path::case::Case;
 use crate::commands::bench::path::stopwatch::Stopwatch;
 use crate::commands::bench::path::walk::Walk;
 use crate::commands::bench::path::{Row, percentile};
@@ -13,6 +14,7 @@ use crate::failure::Failure;
 pub(super) fn measure(case: &Case, units: usize) -> Result<Row, Failure> {
     let mut planner = Planner::new(&case.ground);
     let mut walk = Walk::new(&case.map, case.ground.radius())?;
+    let mut bound = Bound::new(&case.map);
     let mut times = Vec::with_capacity(units);
     let mut ratios: Vec<f64> = Vec::new();
     let mut arrived = 0;
@@ -23,7 +25,8 @@ pub(super) fn measure(case: &Case, units: usize) -> Result<Row, Failure> {
         let legs = planner.path(from, to);
         times.push(clock.elapsed());
         let Ok(legs) = legs else { continue };
-        ratios.extend(ratio(&query, length(from, legs)));
+        let shortest = bound.length_min(query.start, query.goal).filter(|&shortest| shortest > 0.0);
+        ratios.extend(shortest.map(|shortest| length(from, legs) / shortest));
         let before = walk.collisions;
         walk.insert(0, from)?;
         walk.go_along(0, legs)?;
@@ -50,8 +53,4 @@ pub(super) fn measure(case: &Case, units: usize) -> Result<Row, Failure> {
 
 fn middle((x, y): (u32, u32)) -> DVec2 {
     DVec2::new(f64::from(x), f64::from(y)) + 0.5
-}
-
-fn ratio(query: &Query, length: f64) -> Option<f64> {
-    query.length.filter(|&shortest| shortest > 0.0).map(|shortest| length / shortest)
 }
