@@ -158,13 +158,14 @@ fn a_schedule_brings_all_through_gaps_where_reactions_fail() {
 fn all_arrive_over_a_slow_line_that_loses_orders() {
     for width in [1, 2, 3] {
         let map = gap(width);
-        for (latency, lost) in [(2, 0.01), (2, 0.05)] {
+        for (latency, lost) in [(2, 0.01), (2, 0.03), (2, 0.05)] {
             let outcome = Trial { latency, lost, ..through_gap(&map, Tactic::Auto) }.run(6000);
             println!(
                 "gap {width}, {latency} cycles, {lost} lost: {} arrived, {} collisions, {} orders, {} cycles",
                 outcome.arrived, outcome.collisions, outcome.orders, outcome.cycles
             );
             assert_eq!(outcome.arrived, 100, "{width} {latency} {lost}");
+            assert!(outcome.collisions <= 5, "{width} {latency} {lost}: {}", outcome.collisions);
         }
     }
 }
