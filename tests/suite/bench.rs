@@ -388,3 +388,86 @@ fn bench_wire_plays_a_scenario_and_names_what_it_cannot() {
     assert!(error.contains("none.toml"), "{error}");
     fails(&["bench", "wire", "--objects", "0"], 2);
 }
+
+/// The fields of a row of `bench path`.
+const PATH_FIELDS: [&str; 13] = [
+    "map",
+    "planner",
+    "units",
+    "arrived",
+    "makespan",
+    "bound",
+    "collisions_per_unit",
+    "plan_us_p50",
+    "plan_us_p99",
+    "plan_us_per_unit_cycle",
+    "length_ratio_mean",
+    "length_ratio_max",
+    "states",
+];
+
+#[test]
+fn bench_path_walks_what_every_planner_plans() {
+    let map = format!("{ROOT}/maps/rooms.map");
+    let planners = ["single", "pibt", "lacam", "refined", "spacetime", "joint", "conflict"];
+    let arguments = ["--planner", &planners.join(","), "--units", "3", "--refine", "0.05", "--json"];
+    let rows = json(&[&["bench", "path", "--map", &map][..], &arguments].concat());
+    let rows = rows.as_array().expect("an array of rows");
+    let names: Vec<&Value> = rows.iter().map(|row| &row["planner"]).collect();
+    assert_eq!(names, planners);
+    for row in rows {
+        let fields: Vec<&String> = row.as_object().expect("a row").keys().collect();
+        assert_eq!(fields.len(), PATH_FIELDS.len(), "{fields:?}");
+        assert!(PATH_FIELDS.iter().all(|field| row.get(field).is_some()), "{fields:?}");
+        assert_eq!((&row["units"], &row["arrived"]), (&3.into(), &3.into()), "{row}");
+        assert_eq!((&row["map"], &row["collisions_per_unit"]), (&"rooms".into(), &0.0.into()), "{row}");
+        if row["planner"] == "single" {
+            assert_eq!((&row["makespan"], &row["states"]), (&Value::Null, &Value::Null), "{row}");
+        } else {
+            assert!(row["makespan"].as_f64() >= row["bound"].as_f64(), "{row}");
+            assert!(row["length_ratio_mean"].as_f64().is_some_and(|ratio| ratio >= 1.0), "{row}");
+        }
+    }
+}
+
+#[test]
+fn bench_path_takes_queries_from_a_file_and_as_many_units_as_it_has() {
+    let folder = folder("bench_path");
+    std::fs::copy(format!("{ROOT}/maps/rooms.map"), folder.join("rooms.map")).expect("a copy");
+    let rooms = std::fs::read_to_string(folder.join("rooms.map")).expect("a map");
+    let size = |line: usize| rooms.lines().nth(line).and_then(|line| line.split(' ').nth(1)).expect("a size");
+    let (height, width) = (size(1), size(2));
+    let open: Vec<(usize, usize)> = (0..)
+        .zip(rooms.lines().skip(4))
+        .flat_map(|(y, row)| {
+            row.bytes().enumerate().filter(|&(_, tile)| tile == b'.').map(move |(x, _)| (x, y))
+        })
+        .collect();
+    let [(x, y), (to_x, to_y)] = [open[0], open[1]];
+    let query = format!("0\trooms.map\t{width}\t{height}\t{x}\t{y}\t{to_x}\t{to_y}\t1\n");
+    let scene = folder.join("one.scen");
+    std::fs::write(&scene, format!("version 1\n{query}")).expect("a file");
+    let scene = scene.to_str().expect("a name");
+    let rows =
+        json(&["bench", "path", "--scen", scene, "--planner", "single,pibt", "--units", "1,50", "--json"]);
+    let units: Vec<&Value> = rows.as_array().expect("rows").iter().map(|row| &row["units"]).collect();
+    assert_eq!(units, [1, 1], "{rows}");
+    assert_eq!(rows[0]["length_ratio_mean"], 1.0);
+    let other = format!("{ROOT}/maps/choke.tmx");
+    let error = fails(&["bench", "path", "--scen", scene, "--map", &other], 3);
+    assert!(error.contains("one.scen") && error.contains("--map"), "{error}");
+}
+
+#[test]
+fn what_bench_path_cannot_do_is_an_error_that_names_it() {
+    let check = |arguments: &[&str], code: i32, named: &[&str]| {
+        let error = fails(&[&["bench", "path"], arguments].concat(), code);
+        assert!(named.iter().all(|name| error.contains(name)), "{error}");
+    };
+    check(&["--planner", "lakam"], 2, &["lakam", "single, pibt, lacam, spacetime, joint, conflict, refined"]);
+    check(&["--planner", "joint", "--units", "9"], 2, &["9 agents", "8 at most"]);
+    check(&["--planner", "pibt", "--radius", "0.4"], 3, &["0.4", "0.35355"]);
+    check(&["--units", "0"], 2, &["--units"]);
+    check(&["--scen", "no/such.scen"], 3, &["no/such.scen"]);
+    check(&["--map", "no/such.map"], 3, &["no/such.map"]);
+}

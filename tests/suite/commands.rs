@@ -84,6 +84,7 @@ fn every_command_has_help_with_an_example() {
         "bench",
         "bench scale",
         "bench tradeoff",
+        "bench path",
     ] {
         let arguments: Vec<&str> = command.split(' ').chain(["--help"]).collect();
         let output = run(&arguments);

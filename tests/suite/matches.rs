@@ -42,6 +42,19 @@ fn straight_brings_most_units_home_in_each_shipped_scenario() {
 }
 
 #[test]
+fn a_schedule_brings_all_through_a_gap_where_reactions_bring_few() {
+    let arrived = |bot| {
+        let played = play(shipped("config/scenarios/choke.toml", None), &[bot]);
+        played.result.scores[0].tally.arrived
+    };
+    assert_eq!(arrived("auto"), 100);
+    for bot in ["alone", "follow", "replan"] {
+        let arrived = arrived(bot);
+        assert!(arrived < 50, "{bot}: {arrived}");
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_match_and_another_seed_another() {
     for (path, _) in SHIPPED {
         let bots = ["random", "straight"];

@@ -1,15 +1,26 @@
 //! What a bot is, and which there are.
 
+use maniple_pathfinding::Tactic;
 use maniple_view::{Command, Delta, Rules, Seat, Terrain, View};
 use thiserror::Error;
 
 use crate::commander::Commander;
 use crate::idle::Idle;
+use crate::led::Led;
 use crate::random::Random;
 use crate::straight::Straight;
 
 /// The names of all bots, sorted.
-pub const NAMES: [&str; 4] = [Commander::NAME, Idle::NAME, Random::NAME, Straight::NAME];
+pub const NAMES: [&str; 8] = [
+    Tactic::Alone.name(),
+    Tactic::Auto.name(),
+    Commander::NAME,
+    Tactic::Follow.name(),
+    Idle::NAME,
+    Random::NAME,
+    Tactic::Replan.name(),
+    Straight::NAME,
+];
 
 /// A player that is a program.
 ///
@@ -57,7 +68,10 @@ pub fn make(name: &str, seed: u64) -> Result<Box<dyn Bot + Send>, UnknownBot> {
         Idle::NAME => Ok(Box::new(Idle)),
         Random::NAME => Ok(Box::new(Random::new(seed))),
         Straight::NAME => Ok(Box::new(Straight::new(seed))),
-        _ => Err(UnknownBot { name: name.to_owned() }),
+        _ => match Tactic::parse(name) {
+            Ok(tactic) => Ok(Box::new(Led::new(tactic))),
+            Err(_) => Err(UnknownBot { name: name.to_owned() }),
+        },
     }
 }
 
@@ -74,7 +88,9 @@ mod tests {
         let error = make("strait", 1).err().map(|error| error.to_string());
         assert_eq!(
             error.as_deref(),
-            Some("no bot is called \"strait\"; there are commander, idle, random, straight")
+            Some(
+                "no bot is called \"strait\"; there are alone, auto, commander, follow, idle, random, replan, straight"
+            )
         );
     }
 }

@@ -1,11 +1,12 @@
 //! Bots: view in, commands out.
 //!
-//! A bot knows what a player knows: this crate depends on `maniple-view` alone.
+//! A bot knows what a player knows: this crate depends on `maniple-view`, and on `maniple-pathfinding`, which knows maps and no world.
 
 mod bot;
 mod commander;
 mod idle;
 mod keyed;
+mod led;
 mod random;
 mod straight;
 
@@ -13,5 +14,6 @@ pub use bot::{Bot, NAMES, UnknownBot, make};
 pub use commander::Commander;
 pub use idle::Idle;
 pub use keyed::bot_seed;
+pub use led::Led;
 pub use random::Random;
 pub use straight::Straight;

@@ -125,7 +125,7 @@ impl Bot for Straight {
 
 /// Returns the points of a lattice within a zone, as wide as the largest unit with a gap, by (y, x); its centre where
 /// not even one unit fits.
-fn slots(zone: &Zone, radius: f64) -> Vec<DVec2> {
+pub(crate) fn slots(zone: &Zone, radius: f64) -> Vec<DVec2> {
     let spacing = 2.0 * radius * (1.0 + SLOT_GAP);
     let (columns, rows) = (along(zone.max.x - zone.min.x, spacing), along(zone.max.y - zone.min.y, spacing));
     let step = DVec2::new(

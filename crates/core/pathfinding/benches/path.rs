@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use divan::{Bencher, black_box};
 use glam::DVec2;
 use maniple_pathfinding::{Field, Ground, Planner};
-use maniple_tilemap::{Resolver, TileMap, read};
+use maniple_tilemap::{Resolver, TileMap, read, read_queries};
 
 /// The radius of who goes.
 const RADIUS: f64 = 0.35;
@@ -77,18 +77,13 @@ const STRIDE: usize = 7919;
 fn load(name: &str) -> Option<(TileMap, Vec<(DVec2, DVec2)>)> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../../shared/maps/movingai");
     let file = |ending: &str| -> PathBuf { folder.join(format!("{name}.{ending}")) };
-    let (Ok(bytes), Ok(text)) = (std::fs::read(file("map")), std::fs::read_to_string(file("map.scen")))
-    else {
+    let (Ok(bytes), Ok(text)) = (std::fs::read(file("map")), std::fs::read(file("map.scen"))) else {
         eprintln!("SKIPPED: {name} is not at {}", folder.display());
         return None;
     };
     let map = read("real.map", &bytes, &Nothing).expect("the map is one");
-    let query = |line: &str| {
-        let numbers: Vec<f64> =
-            line.split_ascii_whitespace().skip(4).take(4).filter_map(|field| field.parse().ok()).collect();
-        let &[x, y, to_x, to_y] = &numbers[..] else { return None };
-        Some((DVec2::new(x + 0.5, y + 0.5), DVec2::new(to_x + 0.5, to_y + 0.5)))
-    };
-    let queries: Vec<_> = text.lines().skip(1).filter_map(query).collect();
+    let middle = |(x, y): (u32, u32)| DVec2::new(f64::from(x), f64::from(y)) + 0.5;
+    let queries = read_queries(&text).expect("the queries are such");
+    let queries: Vec<_> = queries.iter().map(|query| (middle(query.start), middle(query.goal))).collect();
     Some((map, (0..queries.len()).map(|index| queries[index * STRIDE % queries.len()]).collect()))
 }

@@ -3,20 +3,29 @@
 //! The server does not plan. This is a library for those who do, bots and clients: the same input gives the same
 //! bits, and nothing here reads a clock or a file. What it promises and what it costs: `docs/PATHFINDING.md`.
 
+mod around;
 mod bits;
+mod controller;
 mod error;
 mod field;
 mod ground;
+pub mod in_step;
 mod jump;
 mod lattice;
 mod planner;
 mod pull;
+mod release;
 #[cfg(test)]
 mod tests;
 mod tighten;
 mod walls;
 
+pub use around::{Crowd, Detours};
+pub use controller::{Controller, Order, Progress, Scene, Seen, Tactic, UnknownTactic};
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
+pub use release::{
+    Goals, Group, Moving, ReleaseError, Request, Schedule, Walk, bound, release, release_some,
+};

@@ -36,6 +36,12 @@ impl<'a> Planner<'a> {
         }
     }
 
+    /// Returns the ground that it plans on.
+    #[must_use]
+    pub fn ground(&self) -> &'a Ground {
+        self.ground
+    }
+
     /// Returns the goals of straight legs, one after the other, that lead a circle from a point to another without touching a
     /// wall; none where it is there. Exactly the goal comes last.
     ///
@@ -75,6 +81,13 @@ impl<'a> Planner<'a> {
             self.shorten(departure, to);
         }
         Ok(self.finish(from, to))
+    }
+
+    /// Returns whether there is a path from a point to another; said without a search.
+    pub fn connects(&mut self, from: DVec2, to: DVec2) -> bool {
+        self.begin(from, to).is_ok_and(|departure| {
+            self.ground.walls.is_clear(departure, to) || self.connect(from, departure, to).is_ok()
+        })
     }
 
     /// Checks both ends, begins the path with the start, and returns the point from which it keeps its distance.
@@ -117,7 +130,7 @@ impl<'a> Planner<'a> {
         if path.last() != Some(&to) {
             path.push(to);
         }
-        pull(&ground.walls, path);
+        pull(|from, to| ground.walls.is_clear(from, to), path);
         tightening.tighten(&ground.walls, ground.room(), path);
         // The goal comes last by itself.
         path.pop();

@@ -1,8 +1,10 @@
 //! Tests of the whole crate: paths are walked by the kinematics, and every fast answer has a slow obvious twin.
 
+mod controller;
 mod errors;
 mod optimum;
-mod real;
+pub(crate) mod real;
+mod release;
 mod search;
 mod twins;
 mod walk;

@@ -13,6 +13,7 @@ mod map;
 mod octile;
 mod pieces;
 mod place;
+mod queries;
 mod read;
 mod regions;
 mod tile;
@@ -29,6 +30,7 @@ pub use generate::{
 };
 pub use map::{Area, Foreign, PLAYER_MAX, Resource, SIZE_MAX, Spawn, TileMap, Zone};
 pub use place::place_far_apart;
+pub use queries::{Query, QueryError, read_queries};
 pub use read::{Resolver, read};
 pub use regions::{Regions, regions};
 pub use tile::{Corner, Tile, TileShape};

@@ -86,6 +86,23 @@ pub struct TileMap {
 }
 
 impl TileMap {
+    /// Returns a map of nothing but tiles, row by row, and walls of any angle; `None` where the size is out of `1..=SIZE_MAX`, or not that of the
+    /// tiles.
+    #[must_use]
+    pub fn of_shapes(width: u32, shapes: &[TileShape], free_walls: Vec<Segment>) -> Option<Self> {
+        let height = u32::try_from(shapes.len()).ok()?.checked_div(width)?;
+        let is_size = |size| (1..=SIZE_MAX).contains(&size);
+        if !is_size(width) || !is_size(height) || shapes.len() != width as usize * height as usize {
+            return None;
+        }
+        let mut builder = Builder::new(width, height);
+        for (tile, &shape) in builder.map.tiles.iter_mut().zip(shapes) {
+            tile.shape = shape;
+        }
+        builder.map.free_walls = free_walls;
+        Some(builder.finish())
+    }
+
     /// Returns the width in tiles, `1..=SIZE_MAX`.
     #[must_use]
     pub fn width(&self) -> u32 {

@@ -177,6 +177,21 @@ impl Terrain {
         }
     }
 
+    /// Returns the map of the terrain as far as it is known, for those who plan: what is not known is open, and of walls that are no
+    /// border of a tile only those are there that are known from the start. `None` where the terrain is no map.
+    #[must_use]
+    pub fn map(&self) -> Option<TileMap> {
+        let shapes: Vec<TileShape> = self.tiles.iter().flat_map(|row| row.chars().map(shape)).collect();
+        let tiles = TileMap::of_shapes(self.width, &shapes, Vec::new())?;
+        let border = tiles.border();
+        let is_known = self.tiles.iter().all(|row| !row.contains(UNKNOWN_TILE));
+        let behind = self.segments.get(border.len()..).filter(|_| is_known).unwrap_or_default();
+        let wall = |&(x1, y1, x2, y2): &(f64, f64, f64, f64)| {
+            maniple_geometry::Segment::new(DVec2::new(x1, y1), DVec2::new(x2, y2))
+        };
+        TileMap::of_shapes(self.width, &shapes, behind.iter().map(wall).collect())
+    }
+
     /// Returns terrain of which nothing is known but its size, in tiles.
     #[must_use]
     pub fn unknown(width: u32, height: u32) -> Self {
@@ -189,6 +204,18 @@ impl Terrain {
     pub fn tile(&self, x: u32, y: u32) -> Option<char> {
         let byte = *self.tiles.get(y as usize)?.as_bytes().get(x as usize)?;
         Some(char::from(byte)).filter(|&tile| tile != UNKNOWN_TILE)
+    }
+}
+
+/// The opposite of [`character`]; what is not known is open.
+fn shape(character: char) -> TileShape {
+    match character {
+        '@' => TileShape::Blocked,
+        '1' => TileShape::Diagonal(Corner::Northwest),
+        '2' => TileShape::Diagonal(Corner::Northeast),
+        '3' => TileShape::Diagonal(Corner::Southwest),
+        '4' => TileShape::Diagonal(Corner::Southeast),
+        _ => TileShape::Open,
     }
 }
 

@@ -5,6 +5,7 @@ mod configuration;
 mod conformance;
 mod generate;
 mod load;
+mod path;
 mod profile;
 mod tls;
 mod tournament;
@@ -24,6 +25,7 @@ pub(crate) use configuration::ConfigurationArguments;
 pub(crate) use conformance::{ConformanceCommand, ConformanceServe};
 pub(crate) use generate::MapGenerate;
 pub(crate) use load::BenchLoad;
+pub(crate) use path::BenchPath;
 pub(crate) use profile::ProfileArguments;
 pub(crate) use tls::TlsArguments;
 pub(crate) use tournament::ManyArguments;
@@ -410,6 +412,12 @@ pub(crate) enum BenchCommand {
     /// takes in bytes, time and memory
     #[command(after_help = "Example: maniple bench load --clients 4000 --matches 64 --hostile 1000")]
     Load(BenchLoad),
+    /// Plan ways for many units, walk them in the kinematics, and compare what planning costs and how far it is from the best
+    #[command(
+        after_help = "Example: maniple bench path --map maps/rooms.map --planner pibt --units 50,100",
+        after_long_help = path::PATH_HELP
+    )]
+    Path(BenchPath),
 }
 
 #[derive(Debug, Args)]

@@ -92,6 +92,17 @@ pub(crate) fn map(path: &Path) -> Result<TileMap, Failure> {
         .map_err(Failure::BadInput)
 }
 
+/// Returns the map of [`SHIPPED_SCENARIO`].
+pub(crate) fn shipped_map() -> Result<TileMap, Failure> {
+    let Files(mut files) = shipped();
+    for file in &mut files {
+        file.path = file.path.trim_start_matches("maps/").to_owned();
+    }
+    let beside = Files(files);
+    let bytes = beside.resolve("choke.tmx").map_err(anyhow::Error::msg).map_err(Failure::Failed)?;
+    maniple_tilemap::read("choke.tmx", &bytes, &beside).map_err(Failure::failed)
+}
+
 /// The scenario that is played when none is named.
 pub(crate) const SHIPPED_SCENARIO: &str = "config/scenarios/duel.toml";
 

@@ -4,6 +4,7 @@ mod absent;
 mod broad;
 mod load;
 mod march;
+mod path;
 mod scale;
 mod tradeoff;
 mod wire;
@@ -22,6 +23,7 @@ pub(crate) fn run(command: &BenchCommand) -> Result<(), Failure> {
         BenchCommand::Tradeoff(arguments) => tradeoff::run(arguments),
         BenchCommand::Wire(arguments) => wire::run(arguments),
         BenchCommand::Load(arguments) => load::run(arguments),
+        BenchCommand::Path(arguments) => path::run(arguments),
     }
 }
 

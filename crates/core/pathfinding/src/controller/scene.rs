@@ -1,0 +1,53 @@
+//! What a controller is told, and what it says.
+
+use glam::DVec2;
+use maniple_geometry::Circle;
+
+/// How near to a goal a unit has arrived, in world units: what rounding on the wire may take.
+pub(crate) const THERE: f64 = 1.0 / 1024.0;
+
+/// Cycles after an order in which a unit need not show that it obeys: an order applies a cycle after it was given, its effect
+/// is seen a cycle later, and a slow line takes as much again.
+pub(crate) const GRACE: u32 = 4;
+
+/// A unit as it is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Its centre, in world units.
+    pub position: DVec2,
+    /// Whether it moves.
+    pub is_moving: bool,
+}
+
+/// What is seen at the start of a cycle.
+#[derive(Clone, Copy, Debug)]
+pub struct Scene<'a> {
+    /// The cycle.
+    pub cycle: u32,
+    /// The units that are led, always in the same order.
+    pub units: &'a [Seen],
+    /// All other circles that rest.
+    pub others: &'a [Circle],
+}
+
+/// What a unit is to do, in the place of all that it was told before.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Order {
+    /// Its place among the units.
+    pub unit: usize,
+    /// The goals of its legs, one after the other; none: it is to stop.
+    pub legs: Vec<DVec2>,
+    /// When it departs, in cycles since cycle 0; `None`: at once.
+    pub start: Option<f64>,
+}
+
+impl Order {
+    pub(crate) fn stop(unit: usize) -> Self {
+        Self { unit, legs: Vec::new(), start: None }
+    }
+}
+
+/// Whether a point is at a goal.
+pub(crate) fn is_there(point: DVec2, goal: DVec2) -> bool {
+    point.distance_squared(goal) <= THERE * THERE
+}

@@ -1,0 +1,364 @@
+//! All by one schedule, and anew whoever falls out of it: the tactic `auto`.
+
+use glam::DVec2;
+use maniple_geometry::{Circle, Scalar, Segment};
+
+use super::Progress;
+use super::scene::{GRACE, Order, Scene, Seen, is_there};
+use crate::ground::{Ground, MARGIN};
+use crate::planner::{Planner, length};
+use crate::release::{Goals, Group, Moving, Request, Walk, by_distance, release, release_some};
+
+/// Cycles between a plan and the first departure: so much later an order may apply than it was given.
+const LEAD: u32 = 3;
+
+/// Cycles from one attempt to schedule those who wait to the next, at first and at most: each that brings nothing doubles them.
+const RETRY_MIN: u32 = 8;
+const RETRY_MAX: u32 = 128;
+
+/// From how many on those who wait are scheduled as one group, in lanes; fewer may be anywhere, and go each by itself to the goal that
+/// is assigned to it.
+const GROUP_MIN: usize = 32;
+
+/// How often a unit that has arrived may be roused to make room for another, so that no two make room for each other for ever.
+const ROUSED_MAX: u32 = 4;
+
+/// Most legs of a walk that are ordered at once; who has more is scheduled anew at the end of them.
+const LEGS_MAX: usize = 64;
+
+/// What a unit is doing.
+#[derive(Clone, Debug)]
+enum State {
+    /// It has no plan, and rests or is coming to rest; from this cycle on it can be taken to rest.
+    Idle { since: u32 },
+    /// It has a plan.
+    Planned(Plan),
+    /// It rests at this place among the goals.
+    Arrived(usize),
+    /// No way leads to a goal.
+    Unreachable,
+}
+
+/// A walk under way.
+#[derive(Clone, Debug)]
+struct Plan {
+    goal: usize,
+    from: DVec2,
+    legs: Vec<DVec2>,
+    /// In cycles since cycle 0.
+    departure: f64,
+    arrival: f64,
+}
+
+/// Leads by schedules.
+#[derive(Clone, Debug)]
+pub(crate) struct Scheduled {
+    goals: Vec<DVec2>,
+    speed: f64,
+    /// Empty before the first cycle.
+    states: Vec<State>,
+    /// How often each has been roused.
+    roused: Vec<u32>,
+    /// The cycle of the next attempt to schedule those who wait, and the cycles to the one after it.
+    next: u32,
+    retry: u32,
+}
+
+impl Scheduled {
+    pub(crate) fn new(goals: Vec<DVec2>, speed: f64) -> Self {
+        Self { goals, speed, states: Vec::new(), roused: Vec::new(), next: 0, retry: RETRY_MIN }
+    }
+
+    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+        if self.states.is_empty() {
+            self.states = vec![State::Idle { since: 0 }; scene.units.len()];
+            self.roused = vec![0; scene.units.len()];
+        }
+        let mut orders = Vec::new();
+        let dropped = self.look(scene);
+        if dropped > 0 {
+            (self.next, self.retry) = (scene.cycle, RETRY_MIN);
+        }
+        let before = orders.len();
+        self.stop_those_in_the_way(ground, scene, &mut orders);
+        if orders.len() > before {
+            self.next = scene.cycle + GRACE;
+        }
+        if scene.cycle >= self.next {
+            self.schedule(ground, scene, &mut orders);
+        }
+        orders
+    }
+
+    pub(crate) fn progress(&self, unit: usize) -> Progress {
+        match self.states.get(unit) {
+            None | Some(State::Idle { .. }) => Progress::Waiting,
+            Some(State::Planned(_)) => Progress::Going,
+            Some(State::Arrived(_)) => Progress::Arrived,
+            Some(State::Unreachable) => Progress::Unreachable,
+        }
+    }
+
+    /// Takes in who has arrived and who has fallen out of its plan, and returns how many these are.
+    fn look(&mut self, scene: &Scene<'_>) -> usize {
+        let now = f64::from(scene.cycle);
+        let grace = f64::from(GRACE);
+        let mut dropped = 0;
+        for (state, seen) in self.states.iter_mut().zip(scene.units) {
+            let State::Planned(plan) = state else { continue };
+            if seen.is_moving {
+                continue;
+            }
+            let goal = self.goals[plan.goal];
+            if is_there(seen.position, goal) && now >= plan.arrival - grace {
+                *state = State::Arrived(plan.goal);
+            } else if now > plan.departure + grace {
+                *state = State::Idle { since: scene.cycle };
+                dropped += 1;
+            }
+        }
+        dropped
+    }
+
+    /// Stops everybody whose way leads over one who rests without a plan, and whose way leads over these, and so on.
+    fn stop_those_in_the_way(&mut self, ground: &Ground, scene: &Scene<'_>, orders: &mut Vec<Order>) {
+        let reach = 2.0 * ground.radius() + MARGIN;
+        let is_idle = |state: &State| matches!(state, State::Idle { .. } | State::Unreachable);
+        let idle = self.states.iter().zip(scene.units).filter(|(state, _)| is_idle(state));
+        let mut rests: Vec<(DVec2, f64)> = idle.map(|(_, seen)| (seen.position, reach)).collect();
+        rests
+            .extend(scene.others.iter().map(|other| (other.center, ground.radius() + other.radius + MARGIN)));
+        let mut looked_at = 0;
+        while let Some(&rest) = rests.get(looked_at) {
+            looked_at += 1;
+            for (unit, state) in self.states.iter_mut().enumerate() {
+                let State::Planned(plan) = state else { continue };
+                let ahead = plan.ahead(scene.units[unit]);
+                if leads_over(&ahead, rest) {
+                    // By the time the order applies it may be anywhere up to here.
+                    let there = along(&ahead, self.speed * f64::from(GRACE));
+                    rests.extend([(scene.units[unit].position, reach), (there, reach)]);
+                    orders.push(Order::stop(unit));
+                    *state = State::Idle { since: scene.cycle + GRACE };
+                }
+            }
+        }
+    }
+
+    /// Schedules those who rest without a plan.
+    fn schedule(&mut self, ground: &Ground, scene: &Scene<'_>, orders: &mut Vec<Order>) {
+        let is_ready = |unit: &usize| {
+            let state = &self.states[*unit];
+            matches!(state, State::Idle { since } if *since <= scene.cycle) && !scene.units[*unit].is_moving
+        };
+        let mut ready: Vec<usize> = (0..self.states.len()).filter(is_ready).collect();
+        let free = self.free_goals();
+        self.refuse_unreachable(ground, scene, (&mut ready, &free));
+        if ready.is_empty() || free.is_empty() {
+            self.put_off(scene.cycle);
+            return;
+        }
+        let groups = self.groups(scene, &mut ready, free);
+        let base = scene.cycle + LEAD;
+        let mut still = scene.others.to_vec();
+        let mut moving = Vec::new();
+        for (unit, (state, seen)) in self.states.iter().zip(scene.units).enumerate() {
+            match state {
+                State::Planned(plan) => {
+                    moving.push(plan.moving(f64::from(base), (self.speed, ground.radius())));
+                }
+                State::Idle { .. } if ready.contains(&unit) => {}
+                State::Idle { .. } | State::Arrived(_) | State::Unreachable => {
+                    still.push(Circle::new(seen.position, ground.radius()));
+                }
+            }
+        }
+        let (groups, places): (Vec<Group>, Vec<Vec<usize>>) = groups.into_iter().unzip();
+        let request = Request { groups: &groups, speed: self.speed, still: &still, moving: &moving };
+        let is_first = self.states.iter().all(|state| matches!(state, State::Idle { .. }));
+        let all = if is_first { all_walks(ground, &request) } else { None };
+        // The shared way of those who are left may not exist although each of them has one.
+        let walks = all.unwrap_or_else(|| release_some(ground, &request).unwrap_or_default());
+        let places = walks.iter().zip(&places).flat_map(|(walks, places)| walks.iter().map(move |_| places));
+        let places: Vec<&Vec<usize>> = places.collect();
+        let mut departed = 0;
+        for ((&unit, walk), places) in ready.iter().zip(walks.iter().flatten()).zip(places) {
+            let Some(walk) = walk else { continue };
+            departed += 1;
+            self.depart(unit, (places[walk.goal], walk.clone()), (scene, base), orders);
+        }
+        if departed == 0 {
+            self.put_off(scene.cycle);
+            if self.rouse(ground, scene, &ready) {
+                self.next = scene.cycle + 1;
+            }
+        } else {
+            (self.next, self.retry) = (scene.cycle + RETRY_MIN, RETRY_MIN);
+        }
+    }
+
+    /// Rouses those who have arrived in the way of the first of those who wait; returns whether there are any.
+    ///
+    /// Goals fill up in another order than was planned where somebody comes late: then the free ones lie behind taken ones.
+    fn rouse(&mut self, ground: &Ground, scene: &Scene<'_>, waiting: &[usize]) -> bool {
+        let reach = 2.0 * ground.radius() + MARGIN;
+        let mut planner = Planner::new(ground);
+        let free = self.free_goals();
+        for &unit in waiting {
+            let from = scene.units[unit].position;
+            for &goal in &free {
+                let Ok(legs) = planner.path(from, self.goals[goal]) else { continue };
+                let way: Vec<DVec2> = std::iter::once(from).chain(legs.iter().copied()).collect();
+                let is_in_the_way = |other: &usize| {
+                    let is_arrived = matches!(self.states[*other], State::Arrived(_));
+                    let position = scene.units[*other].position;
+                    is_arrived && self.roused[*other] < ROUSED_MAX && leads_over(&way, (position, reach))
+                };
+                let others: Vec<usize> = (0..self.states.len()).filter(is_in_the_way).collect();
+                for &other in &others {
+                    self.roused[other] += 1;
+                    self.states[other] = State::Idle { since: scene.cycle };
+                }
+                if !others.is_empty() {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    fn put_off(&mut self, cycle: u32) {
+        self.next = cycle + self.retry;
+        self.retry = (2 * self.retry).min(RETRY_MAX);
+    }
+
+    /// The places of goals that nobody has or is going to.
+    fn free_goals(&self) -> Vec<usize> {
+        let mut is_free = vec![true; self.goals.len()];
+        for state in &self.states {
+            match state {
+                State::Planned(Plan { goal, .. }) | State::Arrived(goal) => is_free[*goal] = false,
+                State::Idle { .. } | State::Unreachable => {}
+            }
+        }
+        (0..self.goals.len()).filter(|&goal| is_free[goal]).collect()
+    }
+
+    /// Takes out those who have no way to any free goal.
+    fn refuse_unreachable(
+        &mut self,
+        ground: &Ground,
+        scene: &Scene<'_>,
+        (ready, free): (&mut Vec<usize>, &[usize]),
+    ) {
+        let mut planner = Planner::new(ground);
+        let goals = free.iter().map(|&goal| self.goals[goal]).filter(|&goal| ground.holds(goal));
+        let goals: Vec<DVec2> = goals.collect();
+        ready.retain(|&unit| {
+            let from = scene.units[unit].position;
+            let is_reachable = goals.iter().any(|&goal| planner.connects(from, goal));
+            if !is_reachable && !free.is_empty() {
+                self.states[unit] = State::Unreachable;
+            }
+            is_reachable
+        });
+    }
+
+    /// The units that are ready as groups, with as many goals, and the places of these: those that are nearest. Leaves as many ready
+    /// as there are goals.
+    fn groups(
+        &self,
+        scene: &Scene<'_>,
+        ready: &mut Vec<usize>,
+        mut free: Vec<usize>,
+    ) -> Vec<(Group, Vec<usize>)> {
+        ready.truncate(free.len());
+        let starts: Vec<DVec2> = ready.iter().map(|&unit| scene.units[unit].position).collect();
+        let middle = starts.iter().sum::<DVec2>() / starts.len() as f64;
+        let distance = |goal: usize| self.goals[goal].distance_squared(middle);
+        free.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
+        free.truncate(ready.len());
+        let goals: Vec<DVec2> = free.iter().map(|&goal| self.goals[goal]).collect();
+        if ready.len() >= GROUP_MIN {
+            return vec![(Group { starts, goals, whose: Goals::Interchangeable }, free)];
+        }
+        let places = by_distance(&starts, &goals);
+        let single = |(&start, &place): (&DVec2, &usize)| {
+            let group = Group { starts: vec![start], goals: vec![goals[place]], whose: Goals::Own };
+            (group, vec![free[place]])
+        };
+        starts.iter().zip(&places).map(single).collect()
+    }
+
+    fn depart(
+        &mut self,
+        unit: usize,
+        (goal, walk): (usize, Walk),
+        (scene, base): (&Scene<'_>, u32),
+        orders: &mut Vec<Order>,
+    ) {
+        let from = scene.units[unit].position;
+        let mut legs = walk.legs;
+        if legs.is_empty() {
+            self.states[unit] = State::Arrived(goal);
+            return;
+        }
+        legs.truncate(LEGS_MAX);
+        let departure = f64::from(base) + walk.departure;
+        let arrival = departure + length(from, &legs) / self.speed;
+        orders.push(Order { unit, legs: legs.clone(), start: Some(departure) });
+        self.states[unit] = State::Planned(Plan { goal, from, legs, departure, arrival });
+    }
+}
+
+impl Plan {
+    /// The way that is left, from where the unit is seen.
+    fn ahead(&self, seen: Seen) -> Vec<DVec2> {
+        let mut points = vec![seen.position];
+        if is_there(seen.position, self.from) {
+            points.extend(&self.legs);
+            return points;
+        }
+        // It is on the leg whose line is nearest.
+        let starts = std::iter::once(&self.from).chain(&self.legs);
+        let distance = |(start, end): (&DVec2, &DVec2)| {
+            let line: Segment = (*start, *end).into();
+            line.nearest(seen.position).distance_squared(seen.position)
+        };
+        let distances: Vec<f64> = starts.zip(&self.legs).map(distance).collect();
+        let nearest = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
+        points.extend(&self.legs[nearest.unwrap_or(0)..]);
+        points
+    }
+
+    fn moving(&self, base: f64, (speed, radius): (f64, f64)) -> Moving {
+        Moving { from: self.from, legs: self.legs.clone(), departure: self.departure - base, speed, radius }
+    }
+}
+
+/// Schedules all, if all can go.
+fn all_walks(ground: &Ground, request: &Request<'_>) -> Option<Vec<Vec<Option<Walk>>>> {
+    let schedule = release(ground, request).ok()?;
+    Some(schedule.walks.into_iter().map(|walks| walks.into_iter().map(Some).collect()).collect())
+}
+
+/// Whether a way leads nearer to a point than so many world units; but for its first point, if it moves away from there.
+fn leads_over(way: &[DVec2], (point, reach): (DVec2, f64)) -> bool {
+    let reach = way[0].distance(point).lesser(reach) - 1e-9;
+    way.windows(2).any(|leg| {
+        let line: Segment = (leg[0], leg[1]).into();
+        line.nearest(point).distance_squared(point) < reach * reach
+    })
+}
+
+/// The point so far along a way, or its end.
+fn along(way: &[DVec2], mut distance: f64) -> DVec2 {
+    for leg in way.windows(2) {
+        let length = leg[0].distance(leg[1]);
+        if length >= distance {
+            return leg[0] + (leg[1] - leg[0]) * (distance / length.greater(f64::MIN_POSITIVE));
+        }
+        distance -= length;
+    }
+    way[way.len() - 1]
+}

@@ -1,0 +1,23 @@
+//! Many circles on fixed ways at full speed, of which only the departures are planned.
+//!
+//! Where whoever touches something stops, a crowd gets through a narrow place best if nobody ever waits on the way: all
+//! walk at full speed, and each departs in time to find its gap. Departures are exact: of two trajectories made of straight
+//! pieces it is computed which delays would bring them too near to each other ([`conflict`]), and each circle takes the
+//! earliest moment that none of those before it forbids ([`traffic`]).
+
+mod assign;
+mod bound;
+mod conflict;
+mod ends;
+mod error;
+mod lanes;
+mod order;
+mod schedule;
+mod traffic;
+mod trajectory;
+mod trunk;
+
+pub(crate) use assign::by_distance;
+pub use bound::bound;
+pub use error::ReleaseError;
+pub use schedule::{Goals, Group, Moving, Request, Schedule, Walk, release, release_some};

@@ -1,0 +1,134 @@
+//! Who goes to which goal, where goals are interchangeable.
+
+use glam::DVec2;
+
+/// As many pairs as are assigned at once; more are halved first, along the axis in which they lie farther apart.
+const AT_ONCE_MAX: usize = 96;
+
+/// Returns for each start the place of its goal, so that the sum of the squared distances is small: the smallest for few,
+/// and for many that of halves. Nobody crosses the way of another where the sum is smallest.
+///
+/// Turpin, Michael and Kumar, *CAPT: Concurrent Assignment and Planning of Trajectories for Multiple Robots*, IJRR 33,
+/// 2014: with squared distances, circles that are far enough apart at both ends and leave and arrive together never meet.
+pub(crate) fn by_distance(starts: &[DVec2], goals: &[DVec2]) -> Vec<usize> {
+    let mut assigned = vec![0; starts.len()];
+    let mut from: Vec<usize> = (0..starts.len()).collect();
+    let mut to: Vec<usize> = (0..starts.len()).collect();
+    halve((starts, &mut from), (goals, &mut to), &mut assigned);
+    assigned
+}
+
+fn halve(
+    (starts, from): (&[DVec2], &mut [usize]),
+    (goals, to): (&[DVec2], &mut [usize]),
+    assigned: &mut [usize],
+) {
+    if from.len() <= AT_ONCE_MAX {
+        let cost = |row: usize, column: usize| starts[from[row]].distance_squared(goals[to[column]]);
+        for (row, column) in cheapest(from.len(), cost).into_iter().enumerate() {
+            assigned[from[row]] = to[column];
+        }
+        return;
+    }
+    let is_wide = spread(starts, from, |point| point.x) + spread(goals, to, |point| point.x)
+        > spread(starts, from, |point| point.y) + spread(goals, to, |point| point.y);
+    let by = |points: &[DVec2], a: usize, b: usize| {
+        let (a_point, b_point) = (points[a], points[b]);
+        let order = if is_wide {
+            a_point.x.total_cmp(&b_point.x).then(a_point.y.total_cmp(&b_point.y))
+        } else {
+            a_point.y.total_cmp(&b_point.y).then(a_point.x.total_cmp(&b_point.x))
+        };
+        order.then(a.cmp(&b))
+    };
+    from.sort_unstable_by(|&a, &b| by(starts, a, b));
+    to.sort_unstable_by(|&a, &b| by(goals, a, b));
+    let middle = from.len() / 2;
+    let ((first, rest), (goals_first, goals_rest)) = (from.split_at_mut(middle), to.split_at_mut(middle));
+    halve((starts, first), (goals, goals_first), assigned);
+    halve((starts, rest), (goals, goals_rest), assigned);
+}
+
+/// How far apart the points with these places are along an axis.
+fn spread(points: &[DVec2], places: &[usize], axis: impl Fn(DVec2) -> f64) -> f64 {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for &place in places {
+        let value = axis(points[place]);
+        low = if value < low { value } else { low };
+        high = if value > high { value } else { high };
+    }
+    high - low
+}
+
+/// Returns for each row its column in the cheapest assignment of all rows to as many columns.
+///
+/// The Hungarian method with potentials and shortest augmenting paths, in the third power of the number: Jonker and Volgenant,
+/// *A Shortest Augmenting Path Algorithm for Dense and Sparse Linear Assignment Problems*, Computing 38, 1987.
+pub(crate) fn cheapest(count: usize, cost: impl Fn(usize, usize) -> f64) -> Vec<usize> {
+    // Row and column 0 stand for nobody.
+    let (mut row_price, mut column_price) = (vec![0.0; count + 1], vec![0.0; count + 1]);
+    let (mut row_of, mut before) = (vec![0; count + 1], vec![0; count + 1]);
+    for row in 1..=count {
+        row_of[0] = row;
+        let mut column = 0;
+        let mut least = vec![f64::INFINITY; count + 1];
+        let mut is_done = vec![false; count + 1];
+        while row_of[column] != 0 {
+            is_done[column] = true;
+            let (current, mut step, mut next) = (row_of[column], f64::INFINITY, 0);
+            for other in 1..=count {
+                if is_done[other] {
+                    continue;
+                }
+                let reduced = cost(current - 1, other - 1) - row_price[current] - column_price[other];
+                if reduced < least[other] {
+                    least[other] = reduced;
+                    before[other] = column;
+                }
+                if least[other] < step {
+                    step = least[other];
+                    next = other;
+                }
+            }
+            for other in 0..=count {
+                if is_done[other] {
+                    row_price[row_of[other]] += step;
+                    column_price[other] -= step;
+                } else {
+                    least[other] -= step;
+                }
+            }
+            column = next;
+        }
+        while column != 0 {
+            row_of[column] = row_of[before[column]];
+            column = before[column];
+        }
+    }
+    let mut assigned = vec![0; count];
+    for column in 1..=count {
+        assigned[row_of[column] - 1] = column - 1;
+    }
+    assigned
+}
+
+/// Where a start or a goal lies, seen from a narrow place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Sight {
+    /// How far it is, in world units of way.
+    pub(crate) distance: f64,
+    /// In which direction: -1 is wholly to the left of who goes through, 1 wholly to the right.
+    pub(crate) bearing: f64,
+}
+
+/// Returns the lane of each place: who is farther to the left takes a lane farther to the left, so that nobody crosses the
+/// stream of another lane, and as many take each lane.
+pub(crate) fn lanes(seen: &[Sight], count: usize) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..seen.len()).collect();
+    places.sort_unstable_by(|&a, &b| seen[a].bearing.total_cmp(&seen[b].bearing).then(a.cmp(&b)));
+    let mut lanes = vec![0; seen.len()];
+    for (rank, place) in places.into_iter().enumerate() {
+        lanes[place] = rank * count / seen.len();
+    }
+    lanes
+}

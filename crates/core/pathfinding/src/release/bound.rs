@@ -1,0 +1,70 @@
+//! How long a move of a group takes at least.
+
+use glam::DVec2;
+use maniple_geometry::Scalar;
+
+use super::ends::middle_of;
+use super::lanes::Lanes;
+use super::schedule::{Goals, Group};
+use super::trunk::Trunk;
+use crate::error::PlanError;
+use crate::ground::Ground;
+use crate::planner::{Planner, length};
+
+/// Returns how many cycles a group needs at least at a speed in world units a cycle: a yardstick for schedules.
+///
+/// The longest of: the longest of the own ways, or, where goals are interchangeable, from who is farthest from every goal and to the goal
+/// that is farthest from everybody; how far the middle of all moves; and, where all have to pass a narrow place, the way of the nearest
+/// to it, the time in which all pass in the densest packing of circles in rows, and the way from there to the nearest goal. Ways are
+/// those of the planner, which are short but not shortest: whoever goes around others may find one that is a little shorter.
+///
+/// # Errors
+/// An end without a path.
+pub fn bound(ground: &Ground, group: &Group, speed: f64) -> Result<f64, PlanError> {
+    if group.starts.is_empty() {
+        return Ok(0.0);
+    }
+    let mut planner = Planner::new(ground);
+    let farthest = match group.whose {
+        Goals::Own => {
+            let mut farthest = 0.0;
+            for (&start, &goal) in group.starts.iter().zip(&group.goals) {
+                farthest = length(start, planner.path(start, goal)?).greater(farthest);
+            }
+            farthest
+        }
+        Goals::Interchangeable => {
+            let nearest = |from: DVec2, to: &[DVec2]| {
+                to.iter().map(|point| point.distance(from)).fold(f64::INFINITY, Scalar::lesser)
+            };
+            let start = group.starts.iter().map(|&start| nearest(start, &group.goals));
+            let goal = group.goals.iter().map(|&goal| nearest(goal, &group.starts));
+            start.chain(goal).fold(0.0, Scalar::greater)
+        }
+    };
+    let mean = |points: &[DVec2]| points.iter().sum::<DVec2>() / points.len() as f64;
+    let displacement = mean(&group.starts).distance(mean(&group.goals));
+    let through = through(&mut planner, group)?;
+    Ok(farthest.greater(displacement).greater(through) / speed)
+}
+
+/// How far one goes at least in the time that all need through the narrowest place; 0 where nothing is narrow.
+fn through(planner: &mut Planner<'_>, group: &Group) -> Result<f64, PlanError> {
+    let ground = planner.ground();
+    let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
+    let lanes_of = |legs: &[DVec2]| Lanes::new(ground, from, legs, 2.0 * ground.radius());
+    let trunk = Trunk::new(planner, (from, to), lanes_of)?;
+    let Some(density) = trunk.lanes.density else { return Ok(0.0) };
+    let (first, last) = (trunk.lanes.first(), trunk.lanes.last());
+    let (mut first_in, mut last_out) = (f64::INFINITY, f64::INFINITY);
+    for &start in &group.starts {
+        let seen = trunk.sight_of_start(planner, start)?;
+        first_in = first.map_or(0.0, |cut| cut.distance_at_least(start, seen.distance)).lesser(first_in);
+    }
+    for &goal in &group.goals {
+        let seen = trunk.sight_of_goal(planner, goal)?;
+        last_out = last.map_or(0.0, |cut| cut.distance_at_least(goal, seen.distance)).lesser(last_out);
+    }
+    let behind = group.starts.len().saturating_sub(trunk.lanes.count);
+    Ok(first_in + last_out + behind as f64 / density + trunk.length_of_cuts())
+}

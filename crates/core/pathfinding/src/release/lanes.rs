@@ -1,0 +1,202 @@
+//! Narrow places on a path, and the lanes in which circles go through them side by side.
+
+use glam::DVec2;
+use maniple_geometry::{Scalar, Segment};
+
+use crate::ground::Ground;
+
+/// Distance of the points of a path at which its width is looked at, in world units.
+const STEP: f64 = 0.25;
+
+/// How far to each side the width is looked at, in world units; what is wider is not narrow.
+const REACH: f64 = 8.0;
+
+/// How often the search for the wall on a side is halved: to less than a thousandth of a world unit.
+const HALVINGS: u32 = 14;
+
+/// Directions in which the width is looked at: every 22.5 degrees, by their slopes, nearly.
+const DIRECTIONS: [(f64, f64); 8] =
+    [(1.0, 0.0), (12.0, 5.0), (1.0, 1.0), (5.0, 12.0), (0.0, 1.0), (-5.0, 12.0), (-1.0, 1.0), (-12.0, 5.0)];
+
+/// The largest cosine between the path and a direction across it: 45 degrees.
+const ACROSS_COSINE_MAX: f64 = 0.71;
+
+/// Places that are wider than the narrowest by at most so many world units are as narrow.
+const AS_NARROW: f64 = 0.05;
+
+/// More lanes than these are not worth the work: so wide a place is none to be narrow.
+const LANES_MAX: usize = 12;
+
+/// A line across a path on which the middle of a circle has room.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cut {
+    /// The end to the left of who goes along the path, as on a screen.
+    left: DVec2,
+    right: DVec2,
+}
+
+impl Cut {
+    fn width(&self) -> f64 {
+        self.left.distance(self.right)
+    }
+
+    /// In which direction a point lies: -1 is wholly to the left, 1 wholly to the right.
+    ///
+    /// It is seen from half the width beyond the cut: from there the lanes fan out, so that ways of different lanes do not cross.
+    pub(crate) fn bearing(&self, point: DVec2) -> f64 {
+        let across = self.right - self.left;
+        let away = point - 0.5 * (self.left + self.right);
+        let side = if across.perp_dot(away) < 0.0 { -0.5 } else { 0.5 };
+        let away = away + across.perp() * side;
+        let scale = across.length() * away.length();
+        if scale > 0.0 { across.dot(away) / scale } else { 0.0 }
+    }
+
+    /// How far a point is from the cut at least, from whose middle it is so far away.
+    pub(crate) fn distance_at_least(&self, point: DVec2, from_middle: f64) -> f64 {
+        let line: Segment = Segment::new(self.left, self.right);
+        line.nearest(point).distance(point).greater(from_middle - 0.5 * self.width())
+    }
+
+    /// The point of a lane of `lanes`, counted from the left.
+    fn point(&self, lane: usize, lanes: usize) -> DVec2 {
+        let share = if lanes == 1 { 0.5 } else { lane as f64 / (lanes - 1) as f64 };
+        self.left + (self.right - self.left) * share
+    }
+}
+
+/// The narrow places of a path, each by its cuts in the order in which they are passed, and how many lanes lead through all of them.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Lanes {
+    cuts: Vec<Cut>,
+    /// At least one.
+    pub(crate) count: usize,
+    /// Circles a world unit of way that pass, all lanes together; `None` where nothing is narrow.
+    pub(crate) density: Option<f64>,
+}
+
+impl Lanes {
+    /// Returns the lanes through the narrow places of a path that keeps clear of walls; `reach` is how far the middles of two
+    /// circles are apart at least.
+    pub(crate) fn new(ground: &Ground, from: DVec2, legs: &[DVec2], reach: f64) -> Self {
+        let cuts = cuts(ground, from, legs);
+        let narrowest = cuts.iter().flatten().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
+        let (count, density) = best(narrowest, reach);
+        if count > LANES_MAX {
+            return Self::none();
+        }
+        let widest = narrowest + AS_NARROW;
+        let is_narrow = |cut: &Option<Cut>| cut.is_some_and(|cut| cut.width() <= widest);
+        let mut kept = Vec::new();
+        for (index, cut) in cuts.iter().enumerate() {
+            let is_end = |neighbour: Option<usize>| {
+                !neighbour.and_then(|neighbour| cuts.get(neighbour)).is_some_and(is_narrow)
+            };
+            if is_narrow(cut) && (is_end(index.checked_sub(1)) || is_end(Some(index + 1))) {
+                kept.extend(*cut);
+            }
+        }
+        Self { cuts: kept, count, density: Some(density) }
+    }
+
+    /// Returns no lanes, as where nothing is narrow.
+    pub(crate) fn none() -> Self {
+        Self { cuts: Vec::new(), count: 1, density: None }
+    }
+
+    /// Returns the same with so many lanes fewer, but at least one.
+    pub(crate) fn without(mut self, fewer: usize) -> Self {
+        self.count = self.count.saturating_sub(fewer).max(1);
+        self
+    }
+
+    /// The first cut; `None` where nothing is narrow.
+    pub(crate) fn first(&self) -> Option<&Cut> {
+        self.cuts.first()
+    }
+
+    /// The last cut.
+    pub(crate) fn last(&self) -> Option<&Cut> {
+        self.cuts.last()
+    }
+
+    /// The points at which a lane passes the cuts, in their order.
+    pub(crate) fn points(&self, lane: usize) -> impl Iterator<Item = DVec2> {
+        self.cuts.iter().map(move |cut| cut.point(lane, self.count))
+    }
+}
+
+/// How many lanes side by side let most circles through a cut of a width, and how many circles a world unit of way these are.
+///
+/// With `k` lanes their distance is `h = width / (k - 1)`. Circles in one lane are `reach` apart; those in neighbouring lanes
+/// stand in the gaps, so that circles in one lane are at least `2 √(reach² - h²)` apart; lanes that are next but one must
+/// not touch, which needs `h >= reach / 2` from the third on.
+pub(crate) fn best(width: f64, reach: f64) -> (usize, f64) {
+    let (mut count, mut density) = (1, 1.0 / reach);
+    if !width.is_finite() {
+        return (usize::MAX, f64::INFINITY);
+    }
+    for lanes in 2..=LANES_MAX + 1 {
+        let apart = width / (lanes - 1) as f64;
+        if lanes > 2 && apart < reach * 0.5 {
+            break;
+        }
+        let stagger = reach * reach - apart * apart;
+        let spacing = if stagger > 0.0 { (2.0 * stagger.sqrt()).greater(reach) } else { reach };
+        if lanes as f64 / spacing > density {
+            (count, density) = (lanes, lanes as f64 / spacing);
+        }
+    }
+    (count, density)
+}
+
+/// The narrowest cut at each of the points along a path; `None` where it is wide.
+fn cuts(ground: &Ground, from: DVec2, legs: &[DVec2]) -> Vec<Option<Cut>> {
+    let mut cuts = Vec::new();
+    let mut at = from;
+    for &goal in legs {
+        let length = at.distance(goal);
+        let mut along = 0.0;
+        while along < length {
+            let unit = (goal - at) / length;
+            cuts.push(cut(ground, at + unit * along, unit));
+            along += STEP;
+        }
+        at = goal;
+    }
+    cuts
+}
+
+fn cut(ground: &Ground, middle: DVec2, unit: DVec2) -> Option<Cut> {
+    let mut narrowest: Option<Cut> = None;
+    for (x, y) in DIRECTIONS {
+        let direction = DVec2::new(x, y).normalize();
+        if direction.dot(unit).abs() > ACROSS_COSINE_MAX {
+            continue;
+        }
+        // With y down, left of the way is where the cross product is negative.
+        let direction = if unit.perp_dot(direction) < 0.0 { direction } else { -direction };
+        let longest = narrowest.map_or(2.0 * REACH, |cut| cut.width());
+        let Some(left) = end(ground, middle, direction, longest) else { continue };
+        let Some(right) = end(ground, middle, -direction, longest - left) else { continue };
+        narrowest = Some(Cut { left: middle + direction * left, right: middle - direction * right });
+    }
+    narrowest
+}
+
+/// How far it is to the wall in a direction; `None` where it is farther than `longest` or [`REACH`].
+fn end(ground: &Ground, from: DVec2, direction: DVec2, longest: f64) -> Option<f64> {
+    let (mut near, mut far) = (0.0, longest.lesser(REACH));
+    if ground.is_clear(from, from + direction * far) {
+        return None;
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (near + far);
+        if ground.is_clear(from, from + direction * middle) {
+            near = middle;
+        } else {
+            far = middle;
+        }
+    }
+    Some(near)
+}

@@ -1,0 +1,205 @@
+//! Schedules, walked by the kinematics.
+
+use glam::DVec2;
+use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId, Scalar};
+use maniple_kinematics::{EventKind, Layers, Leg, Placement, Stops, Wall, WallKind, World};
+use maniple_tilemap::TileMap;
+
+use super::{Dice, drawn, scattered};
+use crate::Ground;
+use crate::release::{Goals, Group, ReleaseError, Request, Schedule, bound, release};
+
+const RADIUS: f64 = 0.35;
+
+/// World units a cycle.
+const SPEED: f64 = 0.2;
+
+/// A room above and one below a wall that is three tiles thick, with a gap in its middle. Rooms are a tile wider for even gaps, so
+/// that the middle is that of the gap.
+pub(crate) fn gap(width: usize) -> TileMap {
+    let side = 30 + width % 2;
+    let open = format!("@{}@", ".".repeat(side - 2));
+    let left = (side - width) / 2;
+    let wall = format!("{}{}{}", "@".repeat(left), ".".repeat(width), "@".repeat(left));
+    let edge = "@".repeat(side);
+    let mut rows = vec![edge.as_str()];
+    rows.extend(std::iter::repeat_n(open.as_str(), 19));
+    rows.extend(std::iter::repeat_n(wall.as_str(), 3));
+    rows.extend(std::iter::repeat_n(open.as_str(), 19));
+    rows.push(&edge);
+    drawn(&rows)
+}
+
+fn open(side: usize) -> TileMap {
+    let row = ".".repeat(side);
+    drawn(&vec![row.as_str(); side])
+}
+
+/// `columns` by `rows` points, a tile apart, around a middle.
+pub(crate) fn block((columns, rows): (usize, usize), middle: DVec2) -> Vec<DVec2> {
+    let first = middle - 0.5 * DVec2::new(columns as f64 - 1.0, rows as f64 - 1.0);
+    (0..rows).flat_map(|y| (0..columns).map(move |x| first + DVec2::new(x as f64, y as f64))).collect()
+}
+
+/// A time in cycles as a moment.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "schedules of tests are short")]
+pub(crate) fn moment(time: f64) -> Moment {
+    Moment { cycle: Cycle(time.floor() as u32), fraction: time - time.floor() }
+}
+
+fn group(starts: Vec<DVec2>, goals: Vec<DVec2>) -> Group {
+    Group { starts, goals, whose: Goals::Interchangeable }
+}
+
+/// Walks a schedule and returns the collisions, and when the last one arrived, in cycles.
+fn walk(map: &TileMap, radius: f64, groups: &[Group], schedule: &Schedule) -> (usize, f64) {
+    let side = f64::from(map.width().max(map.height()));
+    let walls: Vec<Wall> = map
+        .segments()
+        .into_iter()
+        .map(|segment| Wall { segment, kind: WallKind::Segment, layers: Layers::GROUND })
+        .collect();
+    let mut world = World::new(Limits::new(side, radius, SPEED).unwrap(), Stops::Both, &walls).unwrap();
+    let mut id = 0;
+    for (group, walks) in groups.iter().zip(&schedule.walks) {
+        for (start, walk) in group.starts.iter().zip(walks) {
+            world.insert(ObjectId(id), Circle::new(*start, radius), Layers::GROUND).unwrap();
+            let legs: Vec<Leg> = walk.legs.iter().map(|&goal| Leg { goal, speed: SPEED }).collect();
+            if !legs.is_empty() {
+                world.go(ObjectId(id), &legs, Placement::Replace, Some(moment(walk.departure))).unwrap();
+            }
+            id += 1;
+        }
+    }
+    let (mut collisions, mut last) = (0, 0.0);
+    while !world.is_at_rest() {
+        for event in world.step() {
+            collisions += usize::from(event.kind != EventKind::Arrived);
+            last = f64::from(event.cycle.0) + event.time;
+        }
+    }
+    let mut id = 0;
+    for (group, walks) in groups.iter().zip(&schedule.walks) {
+        for walk in walks {
+            assert!(collisions > 0 || world.circle(ObjectId(id)).unwrap().center == group.goals[walk.goal]);
+            id += 1;
+        }
+    }
+    (collisions, last)
+}
+
+/// Schedules groups, walks them, and returns the makespan over the bound of the slowest group.
+fn check(name: &str, map: &TileMap, radius: f64, groups: &[Group]) -> f64 {
+    let ground = Ground::new(map, radius).unwrap();
+    let request = Request { groups, speed: SPEED, still: &[], moving: &[] };
+    let schedule = release(&ground, &request).unwrap_or_else(|error| panic!("{name}: {error}"));
+    let (collisions, last) = walk(map, radius, groups, &schedule);
+    assert_eq!(collisions, 0, "{name}");
+    assert!((last - schedule.makespan).abs() < 1e-6, "{name}: {last} instead of {}", schedule.makespan);
+    assert_eq!(release(&ground, &request), Ok(schedule), "{name}");
+    let bounds = groups.iter().map(|group| bound(&ground, group, SPEED).unwrap());
+    let bound = bounds.fold(0.0, Scalar::greater);
+    let units: usize = groups.iter().map(|group| group.starts.len()).sum();
+    println!("{name}: {units} in {last:.1} cycles, {:.3} of the bound {bound:.1}", last / bound);
+    last / bound
+}
+
+#[test]
+fn a_hundred_go_through_gaps_nearly_as_fast_as_circles_can() {
+    for radius in [0.25, 0.35, 0.45] {
+        for (width, most) in [(1, 1.10), (2, 1.20), (3, 1.20), (4, 1.30), (5, 1.30)] {
+            let map = gap(width);
+            let middle = 0.5 * f64::from(map.width());
+            let groups =
+                [group(block((10, 10), DVec2::new(middle, 9.0)), block((10, 10), DVec2::new(middle, 33.0)))];
+            let share = check(&format!("gap {width}, radius {radius}"), &map, radius, &groups);
+            assert!((1.0..most).contains(&share), "{width} {radius}: {share}");
+        }
+    }
+}
+
+#[test]
+fn a_group_crosses_an_open_field_as_fast_as_one_does() {
+    for side in [4, 10, 22] {
+        let size = 4 * side + 10;
+        let map = open(size);
+        let half = 0.5 * side as f64 + 2.0;
+        let far = size as f64 - half;
+        let groups =
+            [group(block((side, side), DVec2::new(half, half)), block((side, side), DVec2::new(far, far)))];
+        let share = check(&format!("open {side}"), &map, RADIUS, &groups);
+        assert!((1.0 - 1e-9..1.0 + 1e-9).contains(&share), "{share}");
+    }
+}
+
+#[test]
+fn two_groups_go_through_a_gap_from_both_sides() {
+    for width in [1, 2, 4] {
+        let map = gap(width);
+        let middle = 0.5 * f64::from(map.width());
+        let above = |x: f64| block((5, 10), DVec2::new(middle + x, 8.0));
+        let below = |x: f64| block((5, 10), DVec2::new(middle + x, 34.0));
+        let groups = [group(above(-5.0), below(-5.0)), group(below(5.0), above(5.0))];
+        check(&format!("from both sides of {width}"), &map, RADIUS, &groups);
+    }
+}
+
+#[test]
+fn scattered_circles_go_each_to_a_goal_of_its_own() {
+    for seed in 0..20 {
+        let mut dice = Dice(seed);
+        let map = scattered(&mut dice, 40, 0.1);
+        let (starts, goals) = places(&mut dice, &map, 40);
+        let groups: Vec<Group> =
+            starts.iter().zip(&goals).map(|(&start, &goal)| group(vec![start], vec![goal])).collect();
+        check(&format!("scattered, seed {seed}"), &map, RADIUS, &groups);
+    }
+}
+
+#[test]
+fn whoever_has_its_own_goal_gets_there() {
+    let map = gap(2);
+    let middle = 0.5 * f64::from(map.width());
+    let starts = block((8, 3), DVec2::new(middle, 9.0));
+    let goals = block((8, 3), DVec2::ZERO).into_iter();
+    let mut goals: Vec<DVec2> = goals.map(|goal| DVec2::new(middle, 33.0) + 2.0 * goal).collect();
+    goals.rotate_left(7);
+    check("own goals", &map, RADIUS, &[Group { starts, goals, whose: Goals::Own }]);
+}
+
+#[test]
+fn who_stands_in_the_way_is_gone_around() {
+    let map = gap(5);
+    let middle = 0.5 * f64::from(map.width());
+    let groups = [group(block((4, 4), DVec2::new(middle, 9.0)), block((4, 4), DVec2::new(middle, 33.0)))];
+    let ground = Ground::new(&map, RADIUS).unwrap();
+    let stone = |x: f64, y: f64| Circle::new(DVec2::new(x, y), 0.5);
+    let request = |still| release(&ground, &Request { groups: &groups, speed: SPEED, still, moving: &[] });
+    let some = [stone(middle, 21.5), stone(middle - 1.0, 21.5), stone(middle - 2.0, 21.5)];
+    let schedule = request(&some).unwrap();
+    for walk in &schedule.walks[0] {
+        assert!(walk.legs.windows(2).all(|leg| {
+            let line: maniple_geometry::Segment = (leg[0], leg[1]).into();
+            some.iter().all(|stone| line.nearest(stone.center).distance(stone.center) >= 0.85)
+        }));
+    }
+    let wall = [-2.0, -1.0, 0.0, 1.0, 2.0].map(|x| stone(middle + x, 21.5));
+    assert!(matches!(request(&wall), Err(ReleaseError::NoDeparture { group: 0, .. })));
+    let odd = [group(vec![DVec2::new(middle, 9.0)], vec![])];
+    let error = release(&ground, &Request { groups: &odd, speed: SPEED, still: &[], moving: &[] });
+    assert_eq!(error, Err(ReleaseError::Goals { group: 0, circles: 1, goals: 0 }));
+}
+
+/// Points with room, more than a tile apart: so many, and as many others.
+fn places(dice: &mut Dice, map: &TileMap, count: usize) -> (Vec<DVec2>, Vec<DVec2>) {
+    let ground = Ground::new(map, RADIUS).unwrap();
+    let mut points: Vec<DVec2> = Vec::new();
+    while points.len() < 2 * count {
+        let point = dice.place(map, &ground);
+        if points.iter().all(|other| other.distance(point) > 1.0) {
+            points.push(point);
+        }
+    }
+    let others = points.split_off(count);
+    (points, others)
+}

@@ -1,0 +1,174 @@
+//! Scenes for groups of units that go anywhere, not in step.
+
+use anyhow::anyhow;
+use glam::DVec2;
+use maniple_pathfinding::{Goals, Ground, Group};
+use maniple_tilemap::{Kind, Request, TileMap, TileShape, generate};
+
+use crate::arguments::BenchPath;
+use crate::commands::bench::path::case::stem;
+use crate::failure::Failure;
+use crate::files;
+
+/// Tiles before and behind a group.
+const AROUND: usize = 5;
+
+/// How thick the wall with a gap is, in tiles.
+const THICK: usize = 3;
+
+/// Width of the passages of a maze, as a radius of units that it is made for.
+const MAZE_RADIUS: f64 = 0.7;
+
+/// A map, and groups on it that go somewhere.
+#[derive(Clone, Debug)]
+pub(super) struct Scene {
+    pub(super) name: String,
+    pub(super) map: TileMap,
+    pub(super) ground: Ground,
+    pub(super) groups: Vec<Group>,
+}
+
+/// Returns the scenes for so many units: those that are made for it, or, on a map that is named, a group that crosses it.
+pub(super) fn scenes(units: usize, arguments: &BenchPath) -> Result<Vec<Scene>, Failure> {
+    if let Some(path) = &arguments.map {
+        let map = files::map(path)?;
+        return Ok(vec![across((stem(path), map), units, arguments)?]);
+    }
+    let side = units.isqrt() + usize::from(units.isqrt().pow(2) < units);
+    let mut scenes = vec![open(side, units, arguments)?];
+    for width in 1..=3 {
+        scenes.push(gap(width, (side, units), arguments)?);
+    }
+    scenes.push(both_ways((side, units), arguments)?);
+    scenes.push(across(("maze".to_owned(), maze(side, arguments.seed)?), units, arguments)?);
+    scenes.push(corners(side.div_ceil(2), units, arguments)?);
+    Ok(scenes)
+}
+
+fn open(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Failure> {
+    let size = 3 * side + 2 * AROUND;
+    let near = middle(AROUND, side);
+    let far = size as f64 - near;
+    let groups = vec![group(units, (side, DVec2::splat(near)), (side, DVec2::splat(far)))];
+    scene("open", map(size, size, |_, _| true)?, groups, arguments)
+}
+
+fn gap(width: usize, (side, units): (usize, usize), arguments: &BenchPath) -> Result<Scene, Failure> {
+    let (map, above, below) = rooms(width, (side, side))?;
+    let groups = vec![group(units, (side, above), (side, below))];
+    scene(&format!("gap {width}"), map, groups, arguments)
+}
+
+/// Two groups of half the units that meet at a gap of two tiles.
+fn both_ways((side, units): (usize, usize), arguments: &BenchPath) -> Result<Scene, Failure> {
+    let (map, above, below) = rooms(2, (2 * side + AROUND, side))?;
+    let columns = side.div_ceil(2);
+    let aside = DVec2::new(0.5 * (columns + AROUND) as f64, 0.0);
+    let half = units / 2;
+    let groups = vec![
+        group(half, (columns, above - aside), (columns, below - aside)),
+        group(units - half, (columns, below + aside), (columns, above + aside)),
+    ];
+    scene("both ways", map, groups, arguments)
+}
+
+fn corners(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Failure> {
+    let size = 4 * side + 6 * AROUND;
+    let near = middle(AROUND, side);
+    let far = size as f64 - near;
+    let ends = [(near, near), (far, far), (far, near), (near, far)];
+    let groups = (0..4).map(|corner: usize| {
+        let (from, to) = (DVec2::from(ends[corner]), DVec2::from(ends[corner ^ 1]));
+        group((units + corner) / 4, (side, from), (side, to))
+    });
+    let groups = groups.collect();
+    scene("corners", map(size, size, |_, _| true)?, groups, arguments)
+}
+
+/// A group that crosses a map: from the middles of tiles that are nearest to its upper left to those that are nearest to the lower
+/// right, in the region of these.
+fn across((name, map): (String, TileMap), units: usize, arguments: &BenchPath) -> Result<Scene, Failure> {
+    let ground = ground(&map, arguments)?;
+    let regions = maniple_tilemap::regions(&map);
+    let tiles = (0..map.height()).flat_map(|y| (0..map.width()).map(move |x| (x, y)));
+    let middles = tiles.filter(|&(x, y)| regions.largest() == regions.label(x, y));
+    let middles = middles.map(|(x, y)| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+    let mut points: Vec<DVec2> = middles.filter(|&point| ground.holds(point)).collect();
+    if points.len() < 2 * units {
+        return Err(Failure::usage(format!("--units {units}: {name} has no room for so many")));
+    }
+    points.sort_by(|a, b| (a.x + a.y).total_cmp(&(b.x + b.y)).then(a.x.total_cmp(&b.x)));
+    let goals = points.split_off(points.len() - units);
+    points.truncate(units);
+    let groups = vec![Group { starts: points, goals, whose: Goals::Interchangeable }];
+    Ok(Scene { name, map, ground, groups })
+}
+
+/// A room above and one below a wall with a gap, for groups so many columns wide and rows deep, and the middles of both rooms.
+fn rooms(width: usize, (columns, rows): (usize, usize)) -> Result<(TileMap, DVec2, DVec2), Failure> {
+    let across = columns + 2 * AROUND + (columns + width) % 2;
+    let deep = rows + 2 * AROUND;
+    let left = (across - width) / 2;
+    let is_open =
+        |x: usize, y: usize| !(deep..deep + THICK).contains(&y) || (left..left + width).contains(&x);
+    let map = map(across, 2 * deep + THICK, is_open)?;
+    let middle = DVec2::new(0.5 * across as f64, 0.5 * deep as f64);
+    let below = middle + DVec2::new(0.0, (deep + THICK) as f64);
+    Ok((map, middle, below))
+}
+
+fn maze(side: usize, seed: u64) -> Result<TileMap, Failure> {
+    let size = u32::try_from(4 * side + 4 * AROUND).unwrap_or(u32::MAX).min(512);
+    let request = Request {
+        kind: Kind::Maze,
+        width: size,
+        height: size,
+        players: 1,
+        spawns: 1,
+        clusters: 0,
+        patches: 1,
+        amount: 0,
+        radius: MAZE_RADIUS,
+    };
+    generate(&request, seed).map_err(Failure::failed)
+}
+
+fn map(width: usize, height: usize, is_open: impl Fn(usize, usize) -> bool) -> Result<TileMap, Failure> {
+    let shape = |open| if open { TileShape::Open } else { TileShape::Blocked };
+    let tiles = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let shapes: Vec<TileShape> = tiles.map(|(x, y)| shape(is_open(x, y))).collect();
+    let width = u32::try_from(width).unwrap_or(u32::MAX);
+    let map = TileMap::of_shapes(width, &shapes, Vec::new());
+    map.ok_or_else(|| Failure::usage("--units: the map of so many would be too large".to_owned()))
+}
+
+fn scene(name: &str, map: TileMap, groups: Vec<Group>, arguments: &BenchPath) -> Result<Scene, Failure> {
+    let ground = ground(&map, arguments)?;
+    let holds = |group: &Group| group.starts.iter().chain(&group.goals).all(|&point| ground.holds(point));
+    if !groups.iter().all(holds) {
+        return Err(Failure::bad_input(anyhow!("--radius: the units of {name} have no room")));
+    }
+    Ok(Scene { name: name.to_owned(), map, ground, groups })
+}
+
+fn ground(map: &TileMap, arguments: &BenchPath) -> Result<Ground, Failure> {
+    Ground::new(map, arguments.radius).map_err(Failure::bad_input)
+}
+
+/// So many units from one block to another; blocks by their columns and their middles.
+fn group(units: usize, from: (usize, DVec2), to: (usize, DVec2)) -> Group {
+    Group { starts: block(units, from), goals: block(units, to), whose: Goals::Interchangeable }
+}
+
+/// So many points in rows of so many columns, a tile apart.
+fn block(units: usize, (columns, middle): (usize, DVec2)) -> Vec<DVec2> {
+    let rows = units.div_ceil(columns.max(1));
+    let first = middle - 0.5 * DVec2::new(columns as f64 - 1.0, rows as f64 - 1.0);
+    let point = |unit: usize| first + DVec2::new((unit % columns) as f64, (unit / columns) as f64);
+    (0..units).map(point).collect()
+}
+
+/// The middle of a group that is so wide, so far from an edge.
+fn middle(before: usize, side: usize) -> f64 {
+    before as f64 + 0.5 * side as f64
+}
