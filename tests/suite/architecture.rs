@@ -269,8 +269,12 @@ fn short(name: &str) -> String {
 
 /// Returns the keys of a table of a manifest; none where there is no such table.
 fn names(manifest: &toml::Table, table: &str) -> BTreeSet<String> {
-    let table = manifest.get(table).and_then(toml::Value::as_table);
-    table.into_iter().flat_map(|table| table.keys().cloned()).collect()
+    let of_all = manifest.get(table).and_then(toml::Value::as_table);
+    // What only some platforms need.
+    let targets =
+        manifest.get("target").and_then(toml::Value::as_table).into_iter().flat_map(toml::Table::values);
+    let of_some = targets.filter_map(|target| target.get(table).and_then(toml::Value::as_table));
+    of_all.into_iter().chain(of_some).flat_map(|table| table.keys().cloned()).collect()
 }
 
 /// Returns what is in a folder of the repository.

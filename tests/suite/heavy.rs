@@ -50,6 +50,11 @@ fn caves_goes_on_from_each_snapshot() {
 }
 
 #[test]
+fn choke_goes_on_from_each_snapshot() {
+    check(shipped("config/scenarios/choke.toml", Some(3)));
+}
+
+#[test]
 fn orts1_goes_on_from_each_snapshot() {
     check(shipped("config/scenarios/orts1.toml", Some(3)));
 }

@@ -148,9 +148,19 @@ async fn spectators_get_the_very_bytes_of_a_seat_later_and_nothing_younger() {
         if (seat == Seat(0)) == (tap.encoding == Encoding::Json) {
             let first = told[seat.index()].len() - tap.told.len();
             let skip = usize::from(first > 0);
-            assert!(told[seat.index()][first + skip..] == tap.told[skip..], "{what}: other bytes");
+            check_bytes(&told[seat.index()][first + skip..], &tap.told[skip..], &what);
         }
     }
+}
+
+/// Compares what a seat was told with what a spectator was.
+fn check_bytes(seat: &[Vec<u8>], spectator: &[Vec<u8>], what: &str) {
+    let differs = seat.iter().zip(spectator).position(|(one, other)| one != other);
+    if let Some(place) = differs {
+        let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        panic!("{what}, message {place}: {} and {}", text(&seat[place]), text(&spectator[place]));
+    }
+    assert_eq!(seat.len(), spectator.len(), "{what}");
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -167,7 +177,7 @@ async fn so_they_do_on_a_grid() {
     for mut tap in taps {
         tap.read_to_the_end().await;
         if let Some(seat) = tap.vantage.seat() {
-            assert!(tap.told == told[seat.index()], "{}: other bytes", tap.vantage);
+            check_bytes(&told[seat.index()], &tap.told, &tap.vantage.to_string());
             assert_eq!(Some(&tap.view), views[seat.index()].last());
         }
     }

@@ -186,7 +186,11 @@ fn what_cannot_be_meant_of_many_matches_is_a_usage_error() {
     check(&["--replays", "x"], 2, "--count");
     check(&["--count", "2", "--replay", "x"], 2, "--replay");
     check(&["--count", "2", "--explain"], 2, "--explain");
-    check(&["--count", "2", "--bot", "strait"], 2, "idle, random, straight");
+    check(
+        &["--count", "2", "--bot", "strait"],
+        2,
+        "alone, auto, commander, follow, idle, random, replan, straight",
+    );
     check(&["--count", "2", "--csv", "/no/such/folder/x.csv"], 1, "/no/such/folder/x.csv");
     check(&["--count", "2", "--replays", "Cargo.toml/x"], 1, "Cargo.toml/x");
     check(&["--count", "2", "--map", "no/such.map"], 3, "no/such.map");
