@@ -91,12 +91,21 @@ impl Show {
         }
     }
 
-    /// Plays to the end; returns what each seat was told, its views by cycle, and the outcome.
-    pub(crate) async fn play_out(mut self) -> (Vec<Vec<Vec<u8>>>, [Vec<View>; 2], Outcome) {
+    /// Plays to the end; returns what each seat was told, its views by cycle, and the outcome. Spectators keep up, since who lags is told less
+    /// often.
+    pub(crate) async fn play_out(
+        mut self,
+        spectators: &mut [Tap],
+    ) -> (Vec<Vec<Vec<u8>>>, [Vec<View>; 2], Outcome) {
         loop {
             self.answer().await;
             if !self.take().await {
                 break;
+            }
+            if self.last[0].cycle.0.is_multiple_of(7) {
+                for tap in spectators.iter_mut() {
+                    tap.news().await;
+                }
             }
         }
         let told = self.players.into_iter().map(|(tap, _)| tap.told).collect();

@@ -137,8 +137,9 @@ async fn spectators_get_the_very_bytes_of_a_seat_later_and_nothing_younger() {
         assert_eq!(tap.news().await, expected, "nothing is told of a pause");
     }
     show.go_on().await;
-    let (told, views, outcome) = show.play_out().await;
-    for mut tap in early.into_iter().chain(late) {
+    early.extend(late);
+    let (told, views, outcome) = show.play_out(&mut early).await;
+    for mut tap in early {
         tap.read_to_the_end().await;
         let what = format!("{:?} {}", tap.encoding, tap.vantage);
         assert_eq!(tap.result, outcome.result, "{what}");
@@ -173,7 +174,7 @@ async fn so_they_do_on_a_grid() {
     {
         taps.push(Tap::watch(&show.arena, encoding, vantage).await);
     }
-    let (told, views, _) = show.play_out().await;
+    let (told, views, _) = show.play_out(&mut taps).await;
     for mut tap in taps {
         tap.read_to_the_end().await;
         if let Some(seat) = tap.vantage.seat() {
@@ -187,15 +188,12 @@ async fn so_they_do_on_a_grid() {
 async fn a_replay_prints_the_very_messages_of_a_seat_and_of_who_watched_everything() {
     let folder = folder("replay_view");
     let mut show = Show::open(&loaded(WATCHED)).await;
-    let mut everything = Tap::watch(&show.arena, Encoding::Json, Vantage::Everything).await;
+    let everything = Tap::watch(&show.arena, Encoding::Json, Vantage::Everything).await;
     show.play_to(1).await;
-    // At the same time: who lags is told less often.
-    let everything = tokio::spawn(async move {
-        everything.read_to_the_end().await;
-        everything
-    });
-    let (told, _, outcome) = show.play_out().await;
-    let everything = everything.await.unwrap();
+    let mut watching = [everything];
+    let (told, _, outcome) = show.play_out(&mut watching).await;
+    let [mut everything] = watching;
+    everything.read_to_the_end().await;
     let path = folder.join("show.replay").display().to_string();
     std::fs::write(&path, &outcome.replay).unwrap();
     let printed = |arguments: &[&str]| {
@@ -319,7 +317,7 @@ async fn a_spectator_has_no_say_and_holds_nobody_up() {
         tokio::time::sleep(std::time::Duration::from_millis(1)).await;
     }
     let expected = headless(&loaded(WATCHED));
-    assert_eq!(show.play_out().await.2.result.unwrap().hash, expected.hash);
+    assert_eq!(show.play_out(&mut []).await.2.result.unwrap().hash, expected.hash);
 }
 
 #[tokio::test(flavor = "multi_thread")]
