@@ -129,7 +129,8 @@ impl FrameDecoder {
         let Some(left) = self.skipping else { return bytes };
         let end = match self.encoding {
             Encoding::Binary => (bytes.len() >= left).then_some(left),
-            Encoding::Json => bytes.iter().position(|&byte| byte == b'\n').map(|place| place + 1),
+            // Not behind the limit, however the bytes are split.
+            Encoding::Json => bytes.iter().take(left).position(|&byte| byte == b'\n').map(|place| place + 1),
         };
         if let Some(end) = end {
             self.skipping = None;

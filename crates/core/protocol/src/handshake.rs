@@ -238,7 +238,7 @@ fn check_hello(hello: &Hello) -> Result<(), Refused> {
     check_name("client", &hello.client)?;
     check_name("player", &hello.player)?;
     if hello.player.is_empty() {
-        return Err(malformed("message 1".to_owned(), "`player` is empty".to_owned()));
+        return Err(malformed("the handshake".to_owned(), "`player` is empty".to_owned()));
     }
     let is_token =
         hello.token.len() == TOKEN_DIGITS && hello.token.bytes().all(|byte| byte.is_ascii_hexdigit());
@@ -355,7 +355,7 @@ mod tests {
                 check_violation(&stream(encoding, &[ClientMessage::Hello(hello.clone())]), &expected);
             }
         };
-        let malformed = |problem: &str| malformed("message 1".to_owned(), problem.to_owned());
+        let malformed = |problem: &str| malformed("the handshake".to_owned(), problem.to_owned());
         check(|hello| hello.protocol = PROTOCOL + 1, Refused::Protocol { supported: PROTOCOL });
         check(|hello| hello.protocol = 0, Refused::Protocol { supported: PROTOCOL });
         check(|hello| hello.player = "a".repeat(65), Refused::NameTooLong { limit: 64 });

@@ -127,6 +127,6 @@ mod tests {
         );
         check(b"MNPS\x01\0\0\0", "the checksum does not match: the snapshot was cut or altered");
         let other = encode_snapshot(&(7u32, u64::MAX)).unwrap();
-        check(&other, "byte 10 of the snapshot's body: a length is larger than the body");
+        check(&other, "byte 10 of the snapshot's body: the body ends 1 bytes too early");
     }
 }

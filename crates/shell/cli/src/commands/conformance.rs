@@ -138,7 +138,7 @@ impl Test {
                 Ok(())
             }
             Err(problem) => {
-                let place = "message 1".to_owned();
+                let place = "the handshake".to_owned();
                 Err(self.refuse(line, Refused::Malformed { place, problem }))
             }
         }
