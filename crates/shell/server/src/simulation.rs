@@ -420,7 +420,8 @@ impl Simulation {
     fn handle_hello(&mut self, connection: ConnectionId, hello: &Hello, wanted: Option<Seat>, link: Link) {
         let admitted = self.table.seat_for(&hello.token, wanted).and_then(|seat| {
             let joined = self.referee.handle_join(seat, &hello.player);
-            let malformed = |problem: String| Refused::Malformed { place: "the handshake".to_owned(), problem };
+            let malformed =
+                |problem: String| Refused::Malformed { place: "the handshake".to_owned(), problem };
             joined.map(|()| seat).map_err(|error| malformed(error.to_string()))
         });
         let seat = match admitted {
