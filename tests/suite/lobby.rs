@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::future::pending;
+use std::io::{self, Write};
 use std::sync::Arc;
 use std::time::Duration;
 
 use maniple_client::{Client, ClientError, Destination, Event, Lobby, Login, Spectator};
-use maniple_game::{Files, LoadedFile};
+use maniple_game::{Files, LoadedFile, Overrides, load};
 use maniple_protocol::Refused;
-use maniple_server::{ASKS_MAX, House, Limits, Offer, Server};
+use maniple_referee::Referee;
+use maniple_server::{ASKS_MAX, Access, House, Limits, Match, Offer, RunError, Server};
 use maniple_view::{ClockMode, Digest, Seat, Vantage};
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, JoinSet};
@@ -199,6 +201,62 @@ async fn a_match_whose_players_do_not_come_is_given_up() {
     assert!(is_refused(Some(&gone), &Refused::NotBegun { seconds: 0 }), "{gone}");
     while inn.server.house().lobby().matches() > 0 {
         tokio::task::yield_now().await;
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_panic_ends_its_own_match_and_no_other() {
+    /// Panics where the match writes what has happened.
+    struct Trap(usize);
+    impl Write for Trap {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            assert!(self.0 < 20_000, "a mistake that is made on purpose");
+            self.0 += bytes.len();
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+    let house = House::new(Limits::default(), offers(), None, 1).unwrap();
+    let server = Arc::new(Server::open("127.0.0.1:0".parse().unwrap(), house).unwrap());
+    let address = server.local_addr().unwrap().to_string();
+    let start = load(&offers()["long"].files, "tiny.toml", &Overrides::default()).unwrap();
+    let referee = Referee::new(start, ClockMode::Lockstep).unwrap();
+    let game = Match::new(referee, vec![Access::Open; 2]).unwrap().recorded_to(Trap(0));
+    let running = tokio::spawn({
+        let server = Arc::clone(&server);
+        async move { server.run(game, pending()).await }
+    });
+    let other =
+        Lobby::connect(&address).await.unwrap().create("short", ClockMode::Lockstep, true).await.unwrap();
+    let mut players = JoinSet::new();
+    for _ in 0..2 {
+        let to = Destination::of_match(&address, other.match_id);
+        players.spawn(play(Client::connect(to, login("")).await.unwrap()));
+    }
+    let mut doomed = JoinSet::new();
+    for _ in 0..2 {
+        let client = Client::connect(&address, login("")).await.unwrap();
+        doomed.spawn(play_until_refused(client));
+    }
+    while let Some(refused) = doomed.join_next().await {
+        assert_eq!(refused.unwrap(), Refused::Broken);
+    }
+    assert!(matches!(running.await.unwrap(), Err(RunError::Panicked)));
+    while let Some(played) = players.join_next().await {
+        assert_eq!(played.unwrap(), 24);
+    }
+}
+
+/// Plays a match until the server ends it; returns why it did.
+async fn play_until_refused(mut client: Client) -> Refused {
+    let mut bot = bot("random", client.seat().0);
+    bot.on_start(client.seat(), client.rules(), client.terrain());
+    match client.play(|view, delta| bot.on_cycle(view, delta)).await {
+        Err(ClientError::Refused(reason)) => reason,
+        other => panic!("{other:?}"),
     }
 }
 

@@ -268,3 +268,102 @@ fn sync_folder(folder: &Path) -> Result<(), JournalError> {
 fn file_error(path: &Path, problem: io::Error) -> JournalError {
     JournalError::File { path: path.to_owned(), problem }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+    use std::thread::sleep;
+
+    use super::*;
+
+    /// A disk that fails when it is told to.
+    #[derive(Debug, Default)]
+    struct Disk {
+        is_full: AtomicBool,
+        is_broken: AtomicBool,
+        appended: AtomicUsize,
+        synced: AtomicUsize,
+    }
+
+    impl Storage for Disk {
+        fn append(&self, bytes: &[u8]) -> io::Result<()> {
+            if self.is_full.load(Ordering::SeqCst) {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.appended.fetch_add(bytes.len(), Ordering::SeqCst);
+            Ok(())
+        }
+
+        fn sync(&self) -> io::Result<()> {
+            self.synced.fetch_add(1, Ordering::SeqCst);
+            if self.is_broken.load(Ordering::SeqCst) {
+                return Err(io::Error::other("the disk is gone"));
+            }
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn what_was_written_is_synced_and_a_sync_that_failed_is_never_tried_again() {
+        let (journals, folder) = journals("synced");
+        let disk = Arc::new(Disk::default());
+        let mut journal = journals.journal(Digest(1), Arc::<Disk>::clone(&disk));
+        journal.write(b"abc");
+        assert_eq!(disk.appended.load(Ordering::SeqCst), 0, "together, at the end of a cycle");
+        journal.commit().unwrap();
+        assert_eq!(disk.appended.load(Ordering::SeqCst), 3);
+        wait(|| disk.synced.load(Ordering::SeqCst) == 1);
+        disk.is_broken.store(true, Ordering::SeqCst);
+        journal.write(b"d");
+        journal.commit().unwrap();
+        wait(|| journal.commit().is_err());
+        let error = journal.commit().unwrap_err().to_string();
+        assert!(error.contains("the disk is gone"), "{error}");
+        // It seems well again, and is not believed.
+        disk.is_broken.store(false, Ordering::SeqCst);
+        let synced = disk.synced.load(Ordering::SeqCst);
+        sleep(10 * INTERVAL);
+        assert!(journal.commit().is_err());
+        assert_eq!(disk.synced.load(Ordering::SeqCst), synced);
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_full_disk_takes_no_further_cycle_and_no_new_match() {
+        let (journals, folder) = journals("full");
+        let disk = Arc::new(Disk::default());
+        disk.is_full.store(true, Ordering::SeqCst);
+        let mut journal = journals.journal(Digest(1), Arc::<Disk>::clone(&disk));
+        journal.write(b"abc");
+        assert_eq!(journal.commit().unwrap_err().kind(), io::ErrorKind::StorageFull);
+        // As where there is no room for a folder.
+        fs::write(folder.join(Digest(2).to_string()), "").unwrap();
+        let error = journals.create(Digest(2), ClockMode::Lockstep, &[]).unwrap_err();
+        assert!(error.to_string().contains("make room"), "{error}");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_match_that_was_given_up_is_not_taken_up_again() {
+        let (journals, folder) = journals("given_up");
+        let journal = journals.create(Digest(3), ClockMode::Lockstep, &[Access::Open]).unwrap();
+        journal.give_up("a mistake");
+        assert!(folder.join(Digest(3).to_string()).join(FAULT).exists());
+        let resumed = journals.resume().unwrap();
+        assert!(resumed.matches.is_empty() && resumed.errors.is_empty());
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    const INTERVAL: Duration = Duration::from_millis(5);
+
+    fn journals(name: &str) -> (Journals, PathBuf) {
+        let folder = std::env::temp_dir().join(format!("maniple-{}-{name}", std::process::id()));
+        (Journals::open(&folder, INTERVAL).unwrap(), folder)
+    }
+
+    fn wait(mut is_so: impl FnMut() -> bool) {
+        while !is_so() {
+            sleep(INTERVAL);
+        }
+    }
+}
