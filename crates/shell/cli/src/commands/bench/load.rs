@@ -86,9 +86,7 @@ async fn measure(arguments: &BenchLoad) -> anyhow::Result<Row> {
     let crowd = Crowd::new(daemon.address.clone(), Arc::clone(&counts));
     let ids = create(&daemon.address, arguments.matches).await?;
     note(&format!("{} matches of two bots", ids.len()));
-    for &id in &ids {
-        crowd.play(id).await?;
-    }
+    crowd.play_all(&ids).await?;
     sleep(WARM_UP).await;
     let before_crowd = daemon.read().await?;
     for number in 0..arguments.clients {

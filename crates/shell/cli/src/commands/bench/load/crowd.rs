@@ -9,6 +9,7 @@ use maniple_protocol::{ClientMessage, Encoding, PROTOCOL, Watch, encode_client};
 use maniple_view::{Digest, Vantage};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
+use tokio::task::JoinSet;
 
 use super::{Counts, destination};
 
@@ -26,11 +27,16 @@ impl Crowd {
         Self { address, counts }
     }
 
-    /// Lets two bots play a match.
-    pub(super) async fn play(&self, id: Digest) -> anyhow::Result<()> {
-        for _ in 0..2 {
+    /// Lets two bots play each match; returns when all are seated.
+    pub(super) async fn play_all(&self, ids: &[Digest]) -> anyhow::Result<()> {
+        let mut seated = JoinSet::new();
+        // At the same time: a match lets its players in one after the other.
+        for &id in ids.iter().chain(ids) {
             let login = Login { client: "load".to_owned(), player: "load".to_owned(), token: String::new() };
-            let client = Client::connect(destination(&self.address, id), login).await?;
+            seated.spawn(Client::connect(destination(&self.address, id), login));
+        }
+        while let Some(client) = seated.join_next().await {
+            let client = client??;
             let counts = Arc::clone(&self.counts);
             tokio::spawn(async move {
                 if follow(client, &counts).await.is_err() {
