@@ -5,9 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use maniple_geometry::{Circle, Cycle};
 use maniple_pathfinding::{Controller, Ground, Order, Scene, Seen, Tactic};
-use maniple_view::{
-    Command, Delta, Handle, Layer, Objective, Rules, Seat, Terrain, UnitType, UnitTypeId, View, Zone,
-};
+use maniple_view::{Command, Delta, Handle, Layer, Rules, Seat, Terrain, UnitType, UnitTypeId, View, Zone};
 
 use crate::bot::Bot;
 use crate::straight::slots;
@@ -86,14 +84,7 @@ impl Bot for Led {
     }
 
     fn on_start(&mut self, seat: Seat, rules: &Rules, terrain: &Terrain) {
-        let zone = match &rules.objective {
-            Objective::Race { zones } => zones.iter().find(|zone| zone.seat == seat).copied(),
-            Objective::Resources { .. }
-            | Objective::Kills
-            | Objective::Buildings
-            | Objective::LastStanding
-            | Objective::Survive { .. } => None,
-        };
+        let zone = rules.objective.zone_of(seat);
         *self = Self {
             seat,
             unit_types: rules.unit_types.clone(),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-use maniple_view::{Command, Delta, Handle, Objective, Rules, Seat, Terrain, View, Zone};
+use maniple_view::{Command, Delta, Handle, Rules, Seat, Terrain, View, Zone};
 
 use crate::bot::Bot;
 use crate::keyed::{Purpose, fraction, keyed};
@@ -94,14 +94,7 @@ impl Bot for Straight {
         self.seat = seat;
         self.can_move = rules.unit_types.iter().map(|unit_type| unit_type.speed > 0.0).collect();
         self.size = DVec2::new(f64::from(terrain.width), f64::from(terrain.height));
-        self.zone = match &rules.objective {
-            Objective::Race { zones } => zones.iter().find(|zone| zone.seat == seat).copied(),
-            Objective::Resources { .. }
-            | Objective::Kills
-            | Objective::Buildings
-            | Objective::LastStanding
-            | Objective::Survive { .. } => None,
-        };
+        self.zone = rules.objective.zone_of(seat);
         self.slots = self.zone.map(|zone| slots(&zone, radius_max)).unwrap_or_default();
     }
 
@@ -156,8 +149,8 @@ fn within(value: f64, end: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use maniple_view::{
-        Appeared, Base, Identity, Layer, Making, Own, Positions, Shape, Status, Stops, TerrainKnowledge,
-        UnitType, UnitTypeId,
+        Appeared, Base, Identity, Layer, Making, Objective, Own, Positions, Shape, Status, Stops,
+        TerrainKnowledge, UnitType, UnitTypeId,
     };
 
     use super::*;

@@ -120,6 +120,21 @@ pub enum Objective {
     },
 }
 
+impl Objective {
+    /// Returns the zone that the units of a seat have to reach; `None` where the match is about something else.
+    #[must_use]
+    pub fn zone_of(&self, seat: Seat) -> Option<Zone> {
+        match self {
+            Self::Race { zones } => zones.iter().find(|zone| zone.seat == seat).copied(),
+            Self::Resources { .. }
+            | Self::Kills
+            | Self::Buildings
+            | Self::LastStanding
+            | Self::Survive { .. } => None,
+        }
+    }
+}
+
 /// A rectangle of the map that belongs to a seat.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
