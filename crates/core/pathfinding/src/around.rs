@@ -6,11 +6,11 @@ use std::collections::{BTreeMap, BinaryHeap};
 use glam::DVec2;
 use maniple_geometry::Segment;
 
-use crate::error::{PlanError, Which};
+use crate::error::PlanError;
 use crate::ground::Ground;
 use crate::jump::octile;
 use crate::lattice::{DIAGONAL, STRAIGHT};
-use crate::planner::check_goal;
+use crate::planner::{check_goal, check_start};
 use crate::pull::pull;
 
 /// No node.
@@ -133,11 +133,7 @@ impl<'a> Detours<'a> {
     /// An end that is not on the map or has no room between the walls.
     pub fn path(&mut self, crowd: &Crowd, from: DVec2, to: DVec2) -> Result<Option<Vec<DVec2>>, PlanError> {
         check_goal(self.ground, to)?;
-        let departure = self.ground.departure(from).ok_or(PlanError::Blocked {
-            which: Which::Start,
-            point: from,
-            room: self.ground.radius(),
-        })?;
+        let departure = check_start(self.ground, from)?;
         self.expanded = 0;
         let is_clear = |from, to| self.ground.walls.is_clear(from, to) && crowd.is_clear(from, to);
         if departure != from && !crowd.is_clear(from, departure) {

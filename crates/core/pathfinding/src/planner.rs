@@ -94,11 +94,7 @@ impl<'a> Planner<'a> {
     fn begin(&mut self, from: DVec2, to: DVec2) -> Result<DVec2, PlanError> {
         check_within(self.ground, Which::Start, from)?;
         check_goal(self.ground, to)?;
-        let departure = self.ground.departure(from).ok_or(PlanError::Blocked {
-            which: Which::Start,
-            point: from,
-            room: self.ground.radius(),
-        })?;
+        let departure = check_start(self.ground, from)?;
         self.path.clear();
         self.path.push(departure);
         Ok(departure)
@@ -151,6 +147,12 @@ impl<'a> Planner<'a> {
 pub fn length(from: DVec2, legs: &[DVec2]) -> f64 {
     let starts = std::iter::once(&from).chain(legs);
     starts.zip(legs).map(|(start, end)| start.distance(*end)).sum()
+}
+
+/// Returns the point that a circle goes to first from a start, which is checked to have room.
+pub(crate) fn check_start(ground: &Ground, start: DVec2) -> Result<DVec2, PlanError> {
+    let blocked = PlanError::Blocked { which: Which::Start, point: start, room: ground.radius() };
+    ground.departure(start).ok_or(blocked)
 }
 
 /// Checks that a goal is on the map and has room.
