@@ -6,7 +6,7 @@ use crate::in_step::board::Place;
 use crate::in_step::instance::Instance;
 use crate::in_step::keyed::keyed;
 use crate::in_step::reservations::{FOREVER, Reservations};
-use crate::in_step::way::{Terrain, WayFinder};
+use crate::in_step::way::{Surroundings, WayFinder};
 
 /// How many ways are taken back for each agent, in the mean, before all is given up.
 const EVICTIONS_AN_AGENT: usize = 4;
@@ -58,7 +58,7 @@ impl Prioritized {
         let Some(agent) = self.waiting.pop_front() else { return Standing::Done };
         self.rounds += 1;
         let start = instance.starts()[agent as usize];
-        let terrain = Terrain {
+        let surroundings = Surroundings {
             board: instance.board(),
             reservations: &self.reservations,
             end: self.reservations.free_from(instance.goals()[agent as usize]),
@@ -66,10 +66,10 @@ impl Prioritized {
             horizon: FOREVER,
             salt: keyed(seed, self.rounds, agent.into()),
         };
-        let way = match finder.find(&terrain, start, FOREVER) {
+        let way = match finder.find(&surroundings, start, FOREVER) {
             Some(way) => way,
             None => {
-                let way = alone(&terrain, start);
+                let way = alone(&surroundings, start);
                 self.evict(&way);
                 way
             }
@@ -100,13 +100,14 @@ impl Prioritized {
 }
 
 /// A shortest way of one alone.
-fn alone(terrain: &Terrain<'_>, start: Place) -> Vec<Place> {
+fn alone(surroundings: &Surroundings<'_>, start: Place) -> Vec<Place> {
     let mut way = vec![start];
     let mut place = start;
-    while terrain.distances[place.index()] > 0 {
-        let distance = terrain.distances[place.index()];
-        let nearer = |next: &Place| terrain.distances[next.index()] < distance;
-        place = terrain.around(place).find(nearer).expect("a place with a distance has a nearer neighbour");
+    while surroundings.distances[place.index()] > 0 {
+        let distance = surroundings.distances[place.index()];
+        let nearer = |next: &Place| surroundings.distances[next.index()] < distance;
+        place =
+            surroundings.around(place).find(nearer).expect("a place with a distance has a nearer neighbour");
         way.push(place);
     }
     way

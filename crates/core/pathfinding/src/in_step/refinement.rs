@@ -6,7 +6,7 @@ use crate::in_step::keyed::keyed;
 use crate::in_step::plan::Plan;
 use crate::in_step::prioritized::{Prioritized, Standing};
 use crate::in_step::reservations::{FOREVER, Reservations};
-use crate::in_step::way::{Terrain, WayFinder};
+use crate::in_step::way::{Surroundings, WayFinder};
 
 /// How many agents a round plans anew at most.
 const NEIGHBOURHOOD_MAX: usize = 8;
@@ -181,7 +181,7 @@ impl<'a> Refinement<'a> {
         let mut slack = old - chosen.iter().map(|&agent| least(agent)).sum::<u64>();
         let mut found: Vec<Vec<Place>> = Vec::with_capacity(chosen.len());
         for &agent in &chosen {
-            let terrain = Terrain {
+            let surroundings = Surroundings {
                 board: self.instance.board(),
                 reservations: &self.reservations,
                 end: self.reservations.free_from(self.instance.goals()[agent as usize]),
@@ -190,9 +190,9 @@ impl<'a> Refinement<'a> {
                 salt: keyed(self.seed ^ (Purpose::Tie as u64) << 60, self.round, agent.into()),
             };
             let start = self.ways[agent as usize][0];
-            let least = u64::from(terrain.distances[start.index()]);
+            let least = u64::from(surroundings.distances[start.index()]);
             let bound = u32::try_from(least + slack + 1).unwrap_or(FOREVER);
-            let Some(way) = self.finder.find(&terrain, start, bound) else { break };
+            let Some(way) = self.finder.find(&surroundings, start, bound) else { break };
             slack -= u64::from(cost(&way)) - least;
             self.reservations.add(agent, &way, FOREVER);
             found.push(way);

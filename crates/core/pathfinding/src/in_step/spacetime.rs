@@ -6,7 +6,7 @@ use crate::in_step::keyed::keyed;
 use crate::in_step::plan::Plan;
 use crate::in_step::reservations::Reservations;
 use crate::in_step::search::{Outcome, Search};
-use crate::in_step::way::{Terrain, WayFinder};
+use crate::in_step::way::{Surroundings, WayFinder};
 
 /// Steps that a plan of a window looks ahead.
 const WINDOW: u32 = 16;
@@ -85,7 +85,7 @@ impl<'a> Spacetime<'a> {
         self.reservations.clear();
         let mut ways = vec![Vec::new(); self.order.len()];
         for (index, &agent) in self.order.iter().enumerate() {
-            let terrain = Terrain {
+            let surroundings = Surroundings {
                 board: self.instance.board(),
                 reservations: &self.reservations,
                 end: 0,
@@ -94,7 +94,7 @@ impl<'a> Spacetime<'a> {
                 salt: keyed(self.seed, self.window, u64::from(agent) << 32),
             };
             let start = self.plan.at(self.plan.steps())[agent as usize];
-            let way = self.finder.find(&terrain, start, u32::MAX);
+            let way = self.finder.find(&surroundings, start, u32::MAX);
             let mut way = way.ok_or(index)?;
             way.truncate(WINDOW as usize + 1);
             self.reservations.add(agent, &way, WINDOW);

@@ -9,7 +9,7 @@ const NONE: u32 = u32::MAX;
 
 /// What a way is looked for in.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Terrain<'a> {
+pub(crate) struct Surroundings<'a> {
     pub(crate) board: &'a Board,
     pub(crate) reservations: &'a Reservations,
     /// How far the goal is from each place.
@@ -22,7 +22,7 @@ pub(crate) struct Terrain<'a> {
     pub(crate) salt: u64,
 }
 
-impl Terrain<'_> {
+impl Surroundings<'_> {
     /// What a way costs at least that is in a place at a step.
     fn cost_min(&self, place: Place, arrival: u32) -> u32 {
         (arrival + self.distances[place.index()]).max(self.end)
@@ -86,8 +86,13 @@ impl WayFinder {
 
     /// Returns a shortest way from a place to where the distance is 0 and one can stay, or, if the horizon is nearer, to there; place
     /// by place from step 0 on. `None` where there is none that costs less than `cost_max`.
-    pub(crate) fn find(&mut self, terrain: &Terrain<'_>, start: Place, cost_max: u32) -> Option<Vec<Place>> {
-        if terrain.distances[start.index()] == FAR || terrain.end == FOREVER {
+    pub(crate) fn find(
+        &mut self,
+        surroundings: &Surroundings<'_>,
+        start: Place,
+        cost_max: u32,
+    ) -> Option<Vec<Place>> {
+        if surroundings.distances[start.index()] == FAR || surroundings.end == FOREVER {
             return None;
         }
         self.search += 1;
@@ -95,9 +100,9 @@ impl WayFinder {
         for bucket in &mut self.buckets {
             bucket.clear();
         }
-        let gap = terrain.reservations.gaps(start, 0, 0).next()?;
-        self.least = terrain.cost_min(start, 0);
-        self.reach(terrain, Step { parent: NONE, place: start, gap, arrival: 0 }, cost_max);
+        let gap = surroundings.reservations.gaps(start, 0, 0).next()?;
+        self.least = surroundings.cost_min(start, 0);
+        self.reach(surroundings, Step { parent: NONE, place: start, gap, arrival: 0 }, cost_max);
         let mut lowest = 0;
         while lowest < self.buckets.len() {
             let Some(number) = self.buckets[lowest].pop() else {
@@ -105,43 +110,45 @@ impl WayFinder {
                 continue;
             };
             let node = self.nodes[number as usize];
-            let distance = terrain.distances[node.place.index()];
-            if node.is_done || (terrain.cost_min(node.place, node.arrival) - self.least) as usize != lowest {
+            let distance = surroundings.distances[node.place.index()];
+            if node.is_done
+                || (surroundings.cost_min(node.place, node.arrival) - self.least) as usize != lowest
+            {
                 continue;
             }
-            if (distance == 0 && node.gap.until == FOREVER) || node.arrival >= terrain.horizon {
+            if (distance == 0 && node.gap.until == FOREVER) || node.arrival >= surroundings.horizon {
                 return Some(self.way(number));
             }
             self.nodes[number as usize].is_done = true;
             self.expanded += 1;
-            self.expand(terrain, number, cost_max);
+            self.expand(surroundings, number, cost_max);
         }
         None
     }
 
-    fn expand(&mut self, terrain: &Terrain<'_>, number: u32, cost_max: u32) {
+    fn expand(&mut self, surroundings: &Surroundings<'_>, number: u32, cost_max: u32) {
         let node = self.nodes[number as usize];
         let (first, last) = (node.arrival + 1, node.gap.until.saturating_add(1));
-        for place in terrain.around(node.place) {
-            for gap in terrain.reservations.gaps(place, first, last) {
+        for place in surroundings.around(node.place) {
+            for gap in surroundings.reservations.gaps(place, first, last) {
                 let arrival = gap.from.max(first);
                 // The last step may be one too late, where somebody comes: then it is a swap or nothing.
                 if arrival > gap.until
                     || arrival > last
                     || (arrival == gap.from
-                        && terrain.reservations.is_swap((node.place, &node.gap), (place, &gap)))
+                        && surroundings.reservations.is_swap((node.place, &node.gap), (place, &gap)))
                 {
                     continue;
                 }
-                self.reach(terrain, Step { parent: number, place, gap, arrival }, cost_max);
+                self.reach(surroundings, Step { parent: number, place, gap, arrival }, cost_max);
             }
         }
     }
 
     /// Notes that a gap can be reached.
-    fn reach(&mut self, terrain: &Terrain<'_>, step: Step, cost_max: u32) {
+    fn reach(&mut self, surroundings: &Surroundings<'_>, step: Step, cost_max: u32) {
         let Step { parent, place, gap, arrival } = step;
-        let cost = terrain.cost_min(place, arrival);
+        let cost = surroundings.cost_min(place, arrival);
         if cost >= cost_max {
             return;
         }

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{boards, instance, plan, solve};
 use crate::in_step::distances::FAR;
 use crate::in_step::reservations::{FOREVER, Reservations};
-use crate::in_step::way::{Terrain, WayFinder};
+use crate::in_step::way::{Surroundings, WayFinder};
 use crate::in_step::{Algorithm, Board, Outcome, Place, Refinement};
 use crate::tests::Dice;
 
@@ -62,7 +62,7 @@ fn ways_around_reservations_are_shortest() {
             let (start, goal) = (instance.starts()[0], instance.goals()[0]);
             let end = reservations.free_from(goal);
             let salt = dice.roll();
-            let terrain = Terrain {
+            let surroundings = Surroundings {
                 board: &board,
                 reservations: &reservations,
                 distances,
@@ -71,12 +71,12 @@ fn ways_around_reservations_are_shortest() {
                 salt,
             };
             let mut finder = WayFinder::new(&board);
-            let way = finder.find(&terrain, start, FOREVER).expect("the plan has one");
+            let way = finder.find(&surroundings, start, FOREVER).expect("the plan has one");
             let expected = flood(&board, &reservations, (start, goal), plan.steps() + board.len());
             assert_eq!(Some(way.len() - 1), expected, "{name}");
             let cost = u32::try_from(way.len() - 1).unwrap();
-            assert!(finder.find(&terrain, start, cost).is_none());
-            assert_eq!(finder.find(&terrain, start, cost + 1).map(|way| way.len()), Some(way.len()));
+            assert!(finder.find(&surroundings, start, cost).is_none());
+            assert_eq!(finder.find(&surroundings, start, cost + 1).map(|way| way.len()), Some(way.len()));
             reservations.add(0, &way, FOREVER);
             compared += 1;
             blocked += u32::from(cost > distances[start.index()]);
