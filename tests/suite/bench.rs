@@ -471,3 +471,19 @@ fn what_bench_path_cannot_do_is_an_error_that_names_it() {
     check(&["--scen", "no/such.scen"], 3, &["no/such.scen"]);
     check(&["--map", "no/such.map"], 3, &["no/such.map"]);
 }
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_load_that_cannot_be_is_a_usage_error_and_a_small_one_is_measured() {
+    for wrong in [["--matches", "0"], ["--clients", "20001"], ["--seconds", "0"], ["--rate", "NaN"]] {
+        let error = fails(&["bench", "load", wrong[0], wrong[1]], 2);
+        assert!(error.contains(wrong[0]) && error.contains("is needed"), "{error}");
+    }
+    let load =
+        ["bench", "load", "--clients", "9", "--matches", "2", "--hostile", "5", "--seconds", "0.5", "--json"];
+    let row = json(&load);
+    assert_eq!((&row["clients"], &row["matches"], &row["disconnected"]), (&9.into(), &2.into(), &0.into()));
+    for figure in ["lateness_ms_p50", "rss_mib", "bytes_per_client_second"] {
+        assert!(row[figure].as_f64().is_some_and(|figure| figure > 0.0), "{figure}: {row}");
+    }
+}
