@@ -18,12 +18,24 @@ pub(crate) struct Disk;
 
 impl Resolver for Disk {
     fn resolve(&self, path: &str) -> Result<Vec<u8>, String> {
-        let size = std::fs::metadata(path).map_err(|error| error.to_string())?.len();
+        let size = std::fs::metadata(path).map_err(|error| unreadable(&error))?.len();
         if size > FILE_SIZE_MAX {
             return Err(format!("{size} bytes; a file may have {FILE_SIZE_MAX}"));
         }
-        std::fs::read(path).map_err(|error| error.to_string())
+        std::fs::read(path).map_err(|error| unreadable(&error))
     }
+}
+
+/// Returns what is wrong with a file that cannot be read, and how to mend it.
+fn unreadable(error: &io::Error) -> String {
+    let remedy = if error.kind() == io::ErrorKind::NotFound {
+        "; name a file that is there, paths count from the working directory"
+    } else if error.kind() == io::ErrorKind::PermissionDenied {
+        "; permit to read it"
+    } else {
+        ""
+    };
+    format!("{error}{remedy}")
 }
 
 /// Files beside another one on disk.
