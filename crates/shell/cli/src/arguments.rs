@@ -180,7 +180,7 @@ pub(crate) struct Match {
     /// Play on this map: .tmx or .map
     #[arg(long, value_name = "FILE")]
     pub(crate) map: Option<PathBuf>,
-    /// The bot of the next seat: idle, random or straight; seats without one get the scenario's
+    /// The bot of the next seat, as `straight` or `commander`, an unknown name lists all; seats without one get the scenario's
     #[arg(long = "bot", value_name = "NAME")]
     pub(crate) bots: Vec<String>,
     /// The seed of the match; without it the scenario's
@@ -255,7 +255,7 @@ pub(crate) struct Serve {
 
 #[derive(Debug, Args)]
 pub(crate) struct Bot {
-    /// The bot: idle, random or straight
+    /// The bot, as `straight` or `commander`; an unknown name lists all
     pub(crate) name: String,
     /// Where the match runs
     #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:7171")]
