@@ -40,6 +40,7 @@ async fn a_match_goes_on_to_the_same_end_however_often_the_daemon_is_killed() {
         .collect();
     for kill in 1..=KILLS {
         while seen.load(Ordering::Relaxed) < kill * CYCLES_APART {
+            assert!(!players.iter().any(JoinHandle::is_finished), "a player has gone; what it says is below");
             tokio::time::sleep(Duration::from_micros(200)).await;
         }
         // At another place of a cycle each time.

@@ -174,12 +174,39 @@ fn token(access: &Access) -> String {
     }
 }
 
-/// Plays so many cycles of a match and breaks it off; returns the folder that is left of it, and its journal.
+#[tokio::test(flavor = "multi_thread")]
+async fn no_time_passes_before_the_players_of_a_match_that_is_taken_up_are_back() {
+    let folder = folder("journal_waits");
+    let (_, _) = broken_off_of(&folder, 20, (REALTIME, ClockMode::Realtime)).await;
+    let server = server(&folder);
+    let address = server.local_addr().unwrap().to_string();
+    let game = server.house().lobby().resume().unwrap().matches.pop().unwrap();
+    let tokens: Vec<String> = game.access().iter().map(token).collect();
+    let running = tokio::spawn(async move { server.run(game, pending()).await });
+    let mut first = Client::connect(&address, login(0, &tokens[0])).await.unwrap();
+    let Event::Cycle(keyframe) = first.next().await.unwrap() else { panic!("a keyframe") };
+    // Fifteen cycles long.
+    assert!(tokio::time::timeout(Duration::from_millis(300), first.next()).await.is_err());
+    let second = Client::connect(&address, login(1, &tokens[1])).await.unwrap();
+    let Event::Cycle(delta) = first.next().await.unwrap() else { panic!("a delta") };
+    assert_eq!(delta.cycle, keyframe.cycle.next());
+    drop((first, second));
+    running.abort();
+}
+
+/// A match of which a cycle is played every 20 ms.
+const REALTIME: &str = "rate = 50\nlength_seconds = 3600";
+
+/// Plays so many cycles of a match in lock-step and breaks it off; returns the folder that is left of it, and its journal.
 async fn broken_off(folder: &Path, cycles: u32) -> (String, Vec<u8>) {
+    broken_off_of(folder, cycles, (LOCKSTEP, ClockMode::Lockstep)).await
+}
+
+/// Plays so many cycles of a match and breaks it off; returns the folder that is left of it, and its journal.
+async fn broken_off_of(folder: &Path, cycles: u32, (clock, mode): (&str, ClockMode)) -> (String, Vec<u8>) {
     let server = server(folder);
     let address = server.local_addr().unwrap().to_string();
-    let game =
-        Match::with_random_tokens(Referee::new(loaded(LOCKSTEP), ClockMode::Lockstep).unwrap()).unwrap();
+    let game = Match::with_random_tokens(Referee::new(loaded(clock), mode).unwrap()).unwrap();
     let id = game.id().to_string();
     let tokens: Vec<String> = game.access().iter().map(token).collect();
     let (stop, stopped) = oneshot::channel();

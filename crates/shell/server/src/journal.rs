@@ -346,7 +346,10 @@ mod tests {
     #[test]
     fn a_match_that_was_given_up_is_not_taken_up_again() {
         let (journals, folder) = journals("given_up");
-        let journal = journals.create(Digest(3), ClockMode::Lockstep, &[Access::Open]).unwrap();
+        let mut journal = journals.create(Digest(3), ClockMode::Lockstep, &[Access::Open]).unwrap();
+        // Were it looked at, it would be said to be none.
+        journal.write(b"no journal");
+        journal.commit().unwrap();
         journal.give_up("a mistake");
         assert!(folder.join(Digest(3).to_string()).join(FAULT).exists());
         let resumed = journals.resume().unwrap();
