@@ -3,21 +3,33 @@
 //! A [`Controller`] is told once a cycle where its units are, and answers with orders. It knows no view and no command: whoever
 //! plays translates ([`Scene`], [`Order`]).
 
+mod auto;
 mod following;
+mod lattice;
+mod passage;
 mod reacting;
 mod scene;
 mod scheduled;
+mod stepping;
 mod tactic;
+mod teams;
+mod walkers;
 
+pub use lattice::StepError;
 pub use scene::{Order, Scene, Seen};
 pub use tactic::{Tactic, UnknownTactic};
 
+use std::ops::Range;
+
 use glam::DVec2;
+use maniple_geometry::Circle;
 
 use crate::ground::Ground;
+use crate::release::Group;
+use auto::Auto;
 use following::Following;
 use reacting::Reacting;
-use scheduled::Scheduled;
+use teams::Teams;
 
 /// What has become of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,17 +44,18 @@ pub enum Progress {
     Unreachable,
 }
 
-/// Leads a group of units of one radius to as many goals.
+/// Leads units of one radius to their goals.
 #[derive(Clone, Debug)]
 pub struct Controller {
-    mind: Mind,
+    /// Who leads which units.
+    minds: Vec<(Range<usize>, Mind)>,
 }
 
 #[derive(Clone, Debug)]
 enum Mind {
     Reacting(Reacting),
     Following(Following),
-    Scheduled(Scheduled),
+    Auto(Box<Auto>),
 }
 
 impl Controller {
@@ -50,32 +63,104 @@ impl Controller {
     #[must_use]
     pub fn new(tactic: Tactic, goals: Vec<DVec2>, speed: f64) -> Self {
         let mind = match tactic {
-            Tactic::Alone => Mind::Reacting(Reacting::alone(goals)),
-            Tactic::Replan => Mind::Reacting(Reacting::around(goals)),
-            Tactic::Follow => Mind::Following(Following::new(goals)),
-            Tactic::Auto => Mind::Scheduled(Scheduled::new(goals, speed)),
+            Tactic::Alone | Tactic::Replan | Tactic::Follow => Mind::single(tactic, goals),
+            Tactic::Auto => Mind::Auto(Box::new(Auto::new(Teams::one(goals), speed))),
         };
-        Self { mind }
+        Self { minds: vec![(0..usize::MAX, mind)] }
+    }
+
+    /// Returns a controller that leads several groups that may be in each other's way, at a speed in world units a cycle. The units
+    /// of the first group come first, then those of the second, and so on. Under [`Tactic::Auto`] they are led together; under the
+    /// others each group by itself, and goals are interchangeable within it.
+    #[must_use]
+    pub fn of_groups(tactic: Tactic, groups: &[Group], speed: f64) -> Self {
+        if tactic == Tactic::Auto {
+            let auto = Auto::new(Teams::of_groups(groups), speed);
+            return Self { minds: vec![(0..usize::MAX, Mind::Auto(Box::new(auto)))] };
+        }
+        let mut first = 0;
+        let mind = |group: &Group| {
+            let units = first..first + group.starts.len();
+            first = units.end;
+            (units, Mind::single(tactic, group.goals.clone()))
+        };
+        Self { minds: groups.iter().map(mind).collect() }
+    }
+
+    /// Returns the same for a line that loses orders: those that name a departure are given so many times again before it, a cycle
+    /// later each, and schedules begin so much later. Only [`Tactic::Auto`] names departures. To be called before the first cycle.
+    #[must_use]
+    pub fn repeating(self, times: u32) -> Self {
+        let again = |(units, mind)| {
+            let mind = match mind {
+                Mind::Auto(auto) => Mind::Auto(Box::new(auto.repeating(times))),
+                Mind::Reacting(_) | Mind::Following(_) => mind,
+            };
+            (units, mind)
+        };
+        Self { minds: self.minds.into_iter().map(again).collect() }
     }
 
     /// Returns the orders for a cycle; at most one for each unit.
     ///
     /// The number of units must not change from one call to the next.
     pub fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
-        match &mut self.mind {
-            Mind::Reacting(mind) => mind.advance(ground, scene),
-            Mind::Following(mind) => mind.advance(ground, scene),
-            Mind::Scheduled(mind) => mind.advance(ground, scene),
+        if let [(_, mind)] = &mut self.minds[..] {
+            return mind.advance(ground, scene);
         }
+        let mut orders = Vec::new();
+        for (units, mind) in &mut self.minds {
+            let own = units.start.min(scene.units.len())..units.end.min(scene.units.len());
+            let is_resting_other = |(unit, seen): &(usize, &Seen)| !own.contains(unit) && !seen.is_moving;
+            let resting = scene.units.iter().enumerate().filter(is_resting_other);
+            let resting = resting.map(|(_, seen)| Circle::new(seen.position, ground.radius()));
+            let others: Vec<Circle> = scene.others.iter().copied().chain(resting).collect();
+            let part = Scene { units: &scene.units[own.clone()], others: &others, ..*scene };
+            let given = mind.advance(ground, &part).into_iter();
+            orders.extend(given.map(|order| Order { unit: order.unit + own.start, ..order }));
+        }
+        orders
     }
 
     /// Returns what has become of a unit, as of the last call of [`Self::advance`].
     #[must_use]
     pub fn progress(&self, unit: usize) -> Progress {
-        match &self.mind {
+        let found = self.minds.iter().find(|(units, _)| units.contains(&unit));
+        let Some((units, mind)) = found else { return Progress::Waiting };
+        let unit = unit - units.start;
+        match mind {
             Mind::Reacting(mind) => mind.progress(unit),
             Mind::Following(mind) => mind.progress(unit),
-            Mind::Scheduled(mind) => mind.progress(unit),
+            Mind::Auto(mind) => mind.progress(unit),
+        }
+    }
+
+    /// Returns why units that cannot be scheduled could not be led in step either when that was tried last; `None` where it was not
+    /// tried, or where it could be done.
+    #[must_use]
+    pub fn step_error(&self) -> Option<StepError> {
+        self.minds.iter().find_map(|(_, mind)| match mind {
+            Mind::Reacting(_) | Mind::Following(_) => None,
+            Mind::Auto(mind) => mind.error(),
+        })
+    }
+}
+
+impl Mind {
+    /// The mind of a tactic that knows of no other group.
+    fn single(tactic: Tactic, goals: Vec<DVec2>) -> Self {
+        match tactic {
+            Tactic::Replan => Self::Reacting(Reacting::around(goals)),
+            Tactic::Follow => Self::Following(Following::new(goals)),
+            Tactic::Alone | Tactic::Auto => Self::Reacting(Reacting::alone(goals)),
+        }
+    }
+
+    fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+        match self {
+            Self::Reacting(mind) => mind.advance(ground, scene),
+            Self::Following(mind) => mind.advance(ground, scene),
+            Self::Auto(mind) => mind.advance(ground, scene),
         }
     }
 }

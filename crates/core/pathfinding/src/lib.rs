@@ -21,7 +21,7 @@ mod tighten;
 mod walls;
 
 pub use around::{Crowd, Detours};
-pub use controller::{Controller, Order, Progress, Scene, Seen, Tactic, UnknownTactic};
+pub use controller::{Controller, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};

@@ -17,7 +17,7 @@ mod traffic;
 mod trajectory;
 mod trunk;
 
-pub(crate) use assign::by_distance;
+pub(crate) use assign::{by_cost, by_distance};
 pub use bound::bound;
 pub use error::ReleaseError;
 pub use schedule::{Goals, Group, Moving, Request, Schedule, Walk, release, release_some};

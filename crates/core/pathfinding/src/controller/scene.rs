@@ -10,6 +10,12 @@ pub(crate) const THERE: f64 = 1.0 / 1024.0;
 /// is seen a cycle later, and a slow line takes as much again.
 pub(crate) const GRACE: u32 = 4;
 
+/// Cycles between an order and the start that it names: so much later an order may apply than it was given.
+pub(crate) const LEAD: u32 = 3;
+
+/// Most legs that are ordered at once.
+pub(crate) const LEGS_MAX: usize = 64;
+
 /// A unit as it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {

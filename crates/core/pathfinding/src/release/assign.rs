@@ -11,20 +11,27 @@ const AT_ONCE_MAX: usize = 96;
 /// Turpin, Michael and Kumar, *CAPT: Concurrent Assignment and Planning of Trajectories for Multiple Robots*, IJRR 33,
 /// 2014: with squared distances, circles that are far enough apart at both ends and leave and arrive together never meet.
 pub(crate) fn by_distance(starts: &[DVec2], goals: &[DVec2]) -> Vec<usize> {
+    by_cost(starts, goals, |start, goal| starts[start].distance_squared(goals[goal]))
+}
+
+/// Returns for each start the place of its goal, so that the sum of the costs is small: the smallest for few, and for many that
+/// of halves that lie together.
+pub(crate) fn by_cost(starts: &[DVec2], goals: &[DVec2], cost: impl Fn(usize, usize) -> f64) -> Vec<usize> {
     let mut assigned = vec![0; starts.len()];
     let mut from: Vec<usize> = (0..starts.len()).collect();
     let mut to: Vec<usize> = (0..starts.len()).collect();
-    halve((starts, &mut from), (goals, &mut to), &mut assigned);
+    halve((starts, &mut from), (goals, &mut to), &cost, &mut assigned);
     assigned
 }
 
 fn halve(
     (starts, from): (&[DVec2], &mut [usize]),
     (goals, to): (&[DVec2], &mut [usize]),
+    cost_of: &impl Fn(usize, usize) -> f64,
     assigned: &mut [usize],
 ) {
     if from.len() <= AT_ONCE_MAX {
-        let cost = |row: usize, column: usize| starts[from[row]].distance_squared(goals[to[column]]);
+        let cost = |row: usize, column: usize| cost_of(from[row], to[column]);
         for (row, column) in cheapest(from.len(), cost).into_iter().enumerate() {
             assigned[from[row]] = to[column];
         }
@@ -45,8 +52,8 @@ fn halve(
     to.sort_unstable_by(|&a, &b| by(goals, a, b));
     let middle = from.len() / 2;
     let ((first, rest), (goals_first, goals_rest)) = (from.split_at_mut(middle), to.split_at_mut(middle));
-    halve((starts, first), (goals, goals_first), assigned);
-    halve((starts, rest), (goals, goals_rest), assigned);
+    halve((starts, first), (goals, goals_first), cost_of, assigned);
+    halve((starts, rest), (goals, goals_rest), cost_of, assigned);
 }
 
 /// How far apart the points with these places are along an axis.
