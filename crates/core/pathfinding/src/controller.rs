@@ -26,10 +26,14 @@ use maniple_geometry::Circle;
 
 use crate::ground::Ground;
 use crate::release::Group;
+use crate::work::Work;
 use auto::Auto;
 use following::Following;
 use reacting::Reacting;
 use teams::Teams;
+
+/// Looks a cycle, unless another budget is given: some milliseconds.
+const LOOKS_A_CYCLE: u64 = 1 << 18;
 
 /// What has become of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +53,10 @@ pub enum Progress {
 pub struct Controller {
     /// Who leads which units.
     minds: Vec<(Range<usize>, Mind)>,
+    /// Looks a cycle.
+    budget: u64,
+    /// Looks in the last cycle.
+    looks: u64,
 }
 
 #[derive(Clone, Debug)]
@@ -66,7 +74,7 @@ impl Controller {
             Tactic::Alone | Tactic::Replan | Tactic::Follow => Mind::single(tactic, goals),
             Tactic::Auto => Mind::Auto(Box::new(Auto::new(Teams::one(goals), speed))),
         };
-        Self { minds: vec![(0..usize::MAX, mind)] }
+        Self::of_minds(vec![(0..usize::MAX, mind)])
     }
 
     /// Returns a controller that leads several groups that may be in each other's way, at a speed in world units a cycle. The units
@@ -76,7 +84,7 @@ impl Controller {
     pub fn of_groups(tactic: Tactic, groups: &[Group], speed: f64) -> Self {
         if tactic == Tactic::Auto {
             let auto = Auto::new(Teams::of_groups(groups), speed);
-            return Self { minds: vec![(0..usize::MAX, Mind::Auto(Box::new(auto)))] };
+            return Self::of_minds(vec![(0..usize::MAX, Mind::Auto(Box::new(auto)))]);
         }
         let mut first = 0;
         let mind = |group: &Group| {
@@ -84,7 +92,19 @@ impl Controller {
             first = units.end;
             (units, Mind::single(tactic, group.goals.clone()))
         };
-        Self { minds: groups.iter().map(mind).collect() }
+        Self::of_minds(groups.iter().map(mind).collect())
+    }
+
+    fn of_minds(minds: Vec<(Range<usize>, Mind)>) -> Self {
+        Self { minds, budget: LOOKS_A_CYCLE, looks: 0 }
+    }
+
+    /// Returns the same that does other than 2^18 looks a cycle when it plans: what that leaves undone is done in the cycles after it. A
+    /// look is a pair of straight pieces that are compared, a point of a lattice that is visited, or an agent that is moved by a step. A
+    /// part that has begun is ended whatever it takes. Only [`Tactic::Auto`] plans by parts.
+    #[must_use]
+    pub fn with_budget(self, looks: u64) -> Self {
+        Self { budget: looks.max(1), ..self }
     }
 
     /// Returns the same for a line that loses orders: those that name a departure are given so many times again before it, a cycle
@@ -98,15 +118,28 @@ impl Controller {
             };
             (units, mind)
         };
-        Self { minds: self.minds.into_iter().map(again).collect() }
+        Self { minds: self.minds.into_iter().map(again).collect(), ..self }
     }
 
     /// Returns the orders for a cycle; at most one for each unit.
     ///
     /// The number of units must not change from one call to the next.
     pub fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+        let mut work = Work::new(self.budget);
+        let orders = self.lead(ground, scene, &mut work);
+        self.looks = work.done();
+        orders
+    }
+
+    /// Returns how many looks the last cycle took.
+    #[must_use]
+    pub fn looks(&self) -> u64 {
+        self.looks
+    }
+
+    fn lead(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
         if let [(_, mind)] = &mut self.minds[..] {
-            return mind.advance(ground, scene);
+            return mind.advance(ground, scene, work);
         }
         let mut orders = Vec::new();
         for (units, mind) in &mut self.minds {
@@ -116,7 +149,7 @@ impl Controller {
             let resting = resting.map(|(_, seen)| Circle::new(seen.position, ground.radius()));
             let others: Vec<Circle> = scene.others.iter().copied().chain(resting).collect();
             let part = Scene { units: &scene.units[own.clone()], others: &others, ..*scene };
-            let given = mind.advance(ground, &part).into_iter();
+            let given = mind.advance(ground, &part, work).into_iter();
             orders.extend(given.map(|order| Order { unit: order.unit + own.start, ..order }));
         }
         orders
@@ -156,11 +189,11 @@ impl Mind {
         }
     }
 
-    fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+    fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
         match self {
             Self::Reacting(mind) => mind.advance(ground, scene),
             Self::Following(mind) => mind.advance(ground, scene),
-            Self::Auto(mind) => mind.advance(ground, scene),
+            Self::Auto(mind) => mind.advance(ground, scene, work),
         }
     }
 }

@@ -19,6 +19,7 @@ mod release;
 mod tests;
 mod tighten;
 mod walls;
+mod work;
 
 pub use around::{Crowd, Detours};
 pub use controller::{Controller, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
@@ -27,5 +28,5 @@ pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
 pub use release::{
-    Goals, Group, Moving, ReleaseError, Request, Schedule, Walk, bound, release, release_some,
+    Goals, Group, Moving, ReleaseError, Releasing, Request, Schedule, Walk, bound, release, release_some,
 };

@@ -7,6 +7,7 @@ use super::scheduled::Scheduled;
 use super::stepping::{Stepping, Verdict};
 use super::teams::Teams;
 use crate::ground::Ground;
+use crate::work::Work;
 
 /// Cycles from one attempt in step that came to nothing to the next, at first and at most: each doubles them.
 const RETRY_MIN: u32 = 16;
@@ -47,16 +48,16 @@ impl Auto {
         Self { scheduled: Scheduled::new(self.teams.clone(), self.speed, repeats), repeats, ..self }
     }
 
-    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
         if self.stepping.is_none() {
-            let orders = self.scheduled.advance(ground, scene);
+            let orders = self.scheduled.advance(ground, scene, work);
             if !self.scheduled.is_stuck() || scene.cycle < self.next {
                 return orders;
             }
             self.stepping = Some(Box::new(Stepping::new(self.teams.clone(), self.speed, self.repeats)));
         }
         let Some(stepping) = &mut self.stepping else { return Vec::new() };
-        match stepping.advance(ground, scene) {
+        match stepping.advance(ground, scene, work) {
             Verdict::Going(orders) => orders,
             Verdict::Done(goals) => {
                 self.scheduled.take_over(scene.cycle, &goals);
@@ -69,8 +70,8 @@ impl Auto {
                 self.stepping = None;
                 self.next = scene.cycle + self.retry;
                 self.retry = (2 * self.retry).min(RETRY_MAX);
-                self.scheduled.go_partly(scene.cycle);
-                self.scheduled.advance(ground, scene)
+                self.scheduled.go_partly(scene);
+                self.scheduled.advance(ground, scene, work)
             }
         }
     }

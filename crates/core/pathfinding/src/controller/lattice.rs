@@ -4,11 +4,11 @@ use glam::DVec2;
 use maniple_geometry::Circle;
 use thiserror::Error;
 
-use super::scene::Scene;
 use super::teams::{Team, Teams};
 use crate::ground::Ground;
 use crate::in_step::{Board, Distances, FAR, Place, Problem, Raster};
 use crate::release::{Goals, by_cost};
+use crate::work::Work;
 
 /// How far from a point its place may be, in columns and rows: at first and at most. Each attempt doubles it.
 const COLUMNS_MIN: u32 = 2;
@@ -52,32 +52,99 @@ pub(crate) struct Lattice {
 }
 
 impl Lattice {
-    /// Returns the lattice for units and goals, on the first raster on which all can get to their goals.
-    pub(crate) fn new(ground: &Ground, scene: &Scene<'_>, teams: &Teams) -> Result<Self, StepError> {
-        let mut error = StepError::NoPlace;
-        for raster in Raster::finest(ground.radius()) {
-            match Self::on(ground, (raster, scene.others), scene, teams) {
-                Ok(lattice) => return Ok(lattice),
-                Err(found) => error = found,
-            }
-        }
-        Err(error)
+    /// Returns the problem of all from some places on.
+    pub(crate) fn problem<'a>(&'a self, starts: &'a [Place]) -> Problem<'a> {
+        Problem { board: &self.board, starts, goals: &self.ends, distances: &self.distances }
+    }
+}
+
+/// The choice of a lattice, part by part: the first raster on which units get to goals.
+#[derive(Clone, Debug)]
+pub(crate) struct Survey {
+    /// Where the units are.
+    points: Vec<DVec2>,
+    others: Vec<Circle>,
+    /// The rasters that are left, the next one last.
+    rasters: Vec<Raster>,
+    current: Option<Draft>,
+    error: StepError,
+}
+
+/// A lattice, as far as it is known.
+#[derive(Clone, Debug)]
+struct Draft {
+    board: Board,
+    starts: Option<Vec<Place>>,
+    of_goals: Option<Vec<Place>>,
+    distances: Distances,
+}
+
+impl Survey {
+    pub(crate) fn new(ground: &Ground, points: Vec<DVec2>, others: &[Circle]) -> Self {
+        let mut rasters = Raster::finest(ground.radius());
+        rasters.reverse();
+        let (others, error) = (others.to_vec(), StepError::NoPlace);
+        Self { points, others, rasters, current: None, error }
     }
 
-    fn on(
+    /// Goes on while work is left; returns the lattice, or why there is none.
+    pub(crate) fn advance(
+        &mut self,
         ground: &Ground,
-        (raster, others): (Raster, &[Circle]),
-        scene: &Scene<'_>,
         teams: &Teams,
-    ) -> Result<Self, StepError> {
-        let board = Board::on(ground, raster, others).expect("the raster is for the radius");
-        let points: Vec<DVec2> = scene.units.iter().map(|unit| unit.position).collect();
-        let starts = places(ground, &board, &points).ok_or(StepError::NoPlace)?;
-        let of_goals = places(ground, &board, &teams.goals).ok_or(StepError::NoPlace)?;
-        let mut distances = Distances::none(&board);
-        for &goal in &of_goals {
-            distances.push(&board, goal);
+        work: &mut Work,
+    ) -> Option<Result<Lattice, StepError>> {
+        while work.is_left() {
+            let Some(draft) = &mut self.current else {
+                let Some(raster) = self.rasters.pop() else { return Some(Err(self.error)) };
+                let board = Board::on(ground, raster, &self.others).expect("the raster is for the radius");
+                work.add((board.len() * (1 + self.others.len())) as u64);
+                let distances = Distances::none(&board);
+                self.current = Some(Draft { board, starts: None, of_goals: None, distances });
+                continue;
+            };
+            match draft.advance(ground, (&self.points, teams), work) {
+                Ok(false) => {}
+                Ok(true) => return self.current.take().map(|draft| draft.finish(teams)),
+                Err(error) => (self.error, self.current) = (error, None),
+            }
         }
+        None
+    }
+}
+
+impl Draft {
+    /// Does one part more; returns whether all is known.
+    fn advance(
+        &mut self,
+        ground: &Ground,
+        (points, teams): (&[DVec2], &Teams),
+        work: &mut Work,
+    ) -> Result<bool, StepError> {
+        let Some(starts) = &self.starts else {
+            self.starts = Some(places(ground, &self.board, points, work).ok_or(StepError::NoPlace)?);
+            return Ok(false);
+        };
+        let Some(of_goals) = &self.of_goals else {
+            self.of_goals = Some(places(ground, &self.board, &teams.goals, work).ok_or(StepError::NoPlace)?);
+            return Ok(false);
+        };
+        let Some(&goal) = of_goals.get(self.distances.agents()) else {
+            let is_reached = |team: &Team| {
+                let starts = &starts[team.units.start.min(starts.len())..team.units.end.min(starts.len())];
+                let mut tables = team.goals.clone().map(|goal| self.distances.of(goal));
+                tables.any(|table| starts.iter().any(|start| table[start.index()] != FAR))
+            };
+            return if teams.teams.iter().any(is_reached) { Ok(true) } else { Err(StepError::NoWay) };
+        };
+        self.distances.push(&self.board, goal);
+        work.add(self.board.len() as u64);
+        Ok(false)
+    }
+
+    fn finish(self, teams: &Teams) -> Result<Lattice, StepError> {
+        let Self { board, starts, of_goals, mut distances } = self;
+        let (starts, of_goals) = (starts.unwrap_or_default(), of_goals.unwrap_or_default());
         let mut goals = vec![None; starts.len()];
         for team in &teams.teams {
             share_out(&board, (&starts, &of_goals, &distances), team, &mut goals);
@@ -94,21 +161,17 @@ impl Lattice {
             }
             tables.push(goal.unwrap_or(distances.agents() - 1));
         }
-        Ok(Self { distances: distances.shared_out(&tables), board, starts, ends, goals })
-    }
-
-    /// Returns the problem of all from some places on.
-    pub(crate) fn problem<'a>(&'a self, starts: &'a [Place]) -> Problem<'a> {
-        Problem { board: &self.board, starts, goals: &self.ends, distances: &self.distances }
+        Ok(Lattice { distances: distances.shared_out(&tables), board, starts, ends, goals })
     }
 }
 
 /// Returns a place for each point, no two the same: near it, and seen from it if any is. `None` where there are too few.
-fn places(ground: &Ground, board: &Board, points: &[DVec2]) -> Option<Vec<Place>> {
+fn places(ground: &Ground, board: &Board, points: &[DVec2], work: &mut Work) -> Option<Vec<Place>> {
     let departures: Vec<DVec2> =
         points.iter().map(|&point| ground.departure(point).unwrap_or(point)).collect();
     let mut columns = COLUMNS_MIN;
     let chosen = loop {
+        work.add(points.len() as u64 * u64::from(2 * columns + 1).pow(2));
         if let Some(chosen) = nearest(ground, board, (points, &departures), columns) {
             break chosen;
         }
@@ -123,6 +186,7 @@ fn places(ground: &Ground, board: &Board, points: &[DVec2]) -> Option<Vec<Place>
         let is_seen = ground.is_clear(departures[point], middles[place]);
         points[point].distance_squared(middles[place]) + if is_seen { 0.0 } else { BEYOND }
     };
+    work.add(points.len() as u64 * 512);
     let assigned = by_cost(points, &middles, cost);
     Some(assigned.into_iter().map(|place| chosen[place]).collect())
 }

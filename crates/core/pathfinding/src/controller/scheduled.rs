@@ -8,7 +8,8 @@ use super::scene::{GRACE, LEAD, LEGS_MAX, Order, Scene, Seen, is_there};
 use super::teams::{Team, Teams};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::{Planner, length};
-use crate::release::{Goals, Group, Moving, Request, Walk, by_distance, release, release_some};
+use crate::release::{Goals, Group, Moving, Releasing, Request, Walk, by_distance};
+use crate::work::{PATH, Work};
 
 /// Cycles from one attempt to schedule those who wait to the next, at first and at most: each that brings nothing doubles them.
 const RETRY_MIN: u32 = 8;
@@ -54,6 +55,24 @@ pub(crate) enum Partly {
     Allowed,
 }
 
+/// A schedule that is being looked for.
+#[derive(Clone, Debug)]
+struct Planning {
+    /// For whom.
+    ready: Vec<usize>,
+    /// For each group the places of its goals.
+    places: Vec<Vec<usize>>,
+    /// The cycle in which it begins.
+    base: u32,
+    /// Whether it cannot begin later, since others are on their way.
+    is_waited_for: bool,
+    /// Whether nobody may be left.
+    is_of_all: bool,
+    /// The cycle in which it was begun to be looked for.
+    begun: u32,
+    releasing: Releasing,
+}
+
 /// Leads by schedules.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduled {
@@ -65,12 +84,20 @@ pub(crate) struct Scheduled {
     repeats: u32,
     /// The cycles in which these orders are given again.
     again: Vec<(u32, Order)>,
+    /// What is being planned.
+    planning: Option<Box<Planning>>,
+    /// Cycles that planning among others who move is given.
+    allowance: u32,
+    /// Whether there is no schedule for all who wait.
+    has_failed: bool,
     /// Whether the last attempt came to nothing, and nobody is on its way.
     is_stuck: bool,
     /// Empty before the first cycle.
     states: Vec<State>,
     /// How often each has been roused.
     roused: Vec<u32>,
+    /// How many of those who wait have been looked at for whom somebody may be roused.
+    looked: usize,
     /// The cycle of the next attempt to schedule those who wait, and the cycles to the one after it.
     next: u32,
     retry: u32,
@@ -86,9 +113,13 @@ impl Scheduled {
             partly: Partly::Never,
             repeats,
             again: Vec::new(),
+            planning: None,
+            allowance: 0,
+            has_failed: false,
             is_stuck: false,
             states: Vec::new(),
             roused: Vec::new(),
+            looked: 0,
             next: 0,
             retry: RETRY_MIN,
         }
@@ -100,7 +131,7 @@ impl Scheduled {
         self
     }
 
-    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
         if self.states.is_empty() {
             self.states = vec![State::Idle { since: 0 }; scene.units.len()];
             self.roused = vec![0; scene.units.len()];
@@ -109,16 +140,19 @@ impl Scheduled {
         let dropped = self.look(scene);
         if dropped > 0 {
             (self.next, self.retry) = (scene.cycle, RETRY_MIN);
+            self.planning = None;
         }
         self.repeat(scene.cycle, &mut orders);
         let before = orders.len();
         self.stop_those_in_the_way(ground, scene, &mut orders);
         if orders.len() > before {
             self.next = scene.cycle + GRACE;
+            self.planning = None;
         }
-        if scene.cycle >= self.next {
-            self.schedule(ground, scene, &mut orders);
+        if self.planning.is_none() && scene.cycle >= self.next {
+            self.schedule(ground, scene);
         }
+        self.plan(ground, (scene, work), &mut orders);
         orders
     }
 
@@ -127,10 +161,17 @@ impl Scheduled {
         self.is_stuck
     }
 
-    /// From now on lets go whoever can, and tries at once.
-    pub(crate) fn go_partly(&mut self, cycle: u32) {
+    /// From now on lets go whoever can, and tries at once; others have led the units, and to no end.
+    pub(crate) fn go_partly(&mut self, scene: &Scene<'_>) {
+        for (state, seen) in self.states.iter_mut().zip(scene.units) {
+            if let State::Arrived(goal) = state
+                && !is_there(seen.position, self.goals[*goal])
+            {
+                *state = State::Idle { since: scene.cycle };
+            }
+        }
         self.partly = Partly::Allowed;
-        self.next = cycle;
+        self.next = scene.cycle;
     }
 
     /// Takes in that others have led the units, each to a goal, or to none.
@@ -138,6 +179,7 @@ impl Scheduled {
         let state = |goal: &Option<usize>| goal.map_or(State::Idle { since: cycle }, State::Arrived);
         self.states = goals.iter().map(state).collect();
         self.again.clear();
+        (self.planning, self.has_failed) = (None, false);
         (self.next, self.retry, self.is_stuck) = (cycle, RETRY_MIN, false);
     }
 
@@ -216,8 +258,8 @@ impl Scheduled {
         }
     }
 
-    /// Schedules those who rest without a plan.
-    fn schedule(&mut self, ground: &Ground, scene: &Scene<'_>, orders: &mut Vec<Order>) {
+    /// Begins to schedule those who rest without a plan.
+    fn schedule(&mut self, ground: &Ground, scene: &Scene<'_>) {
         self.is_stuck = false;
         let is_ready = |unit: &usize| {
             let state = &self.states[*unit];
@@ -231,19 +273,51 @@ impl Scheduled {
             self.put_off(scene.cycle);
             return;
         }
-        let base = scene.cycle + LEAD + self.repeats;
+        let base = scene.cycle + LEAD + self.repeats + self.allowance;
         let (still, moving) = self.those_around(ground, scene, (&ready, base));
         let (groups, places): (Vec<Group>, Vec<Vec<usize>>) = groups.into_iter().unzip();
         let request = Request { groups: &groups, speed: self.speed, still: &still, moving: &moving };
-        let is_first = self.states.iter().all(|state| matches!(state, State::Idle { .. }));
-        let all = if is_first { all_walks(ground, &request) } else { None };
-        if is_first && all.is_none() && self.partly == Partly::Never {
-            self.is_stuck = true;
-            self.put_off(scene.cycle);
+        let is_of_all =
+            !self.has_failed && self.states.iter().all(|state| matches!(state, State::Idle { .. }));
+        // The shared way of those who are left may not exist although each of them has one.
+        let releasing = if is_of_all { Releasing::new(&request) } else { Releasing::of_some(&request) };
+        let is_waited_for = !moving.is_empty();
+        self.planning = Some(Box::new(Planning {
+            ready,
+            places,
+            base,
+            is_waited_for,
+            is_of_all,
+            begun: scene.cycle,
+            releasing,
+        }));
+    }
+
+    /// Goes on with what is being planned, and gives the orders when it is done.
+    fn plan(&mut self, ground: &Ground, (scene, work): (&Scene<'_>, &mut Work), orders: &mut Vec<Order>) {
+        let Some(planning) = &mut self.planning else { return };
+        let Some(ended) = planning.releasing.go_on(ground, work) else { return };
+        let Some(planning) = self.planning.take() else { return };
+        let Planning { ready, places, base, is_waited_for, is_of_all, begun, .. } = *planning;
+        let ended = ended.ok().filter(|ended| !is_of_all || ended.stuck.is_none());
+        let earliest = scene.cycle + LEAD + self.repeats;
+        if is_of_all && ended.is_none() {
+            self.has_failed = self.partly == Partly::Allowed;
+            self.is_stuck = self.partly == Partly::Never;
+            if self.is_stuck {
+                self.put_off(scene.cycle);
+            }
             return;
         }
-        // The shared way of those who are left may not exist although each of them has one.
-        let walks = all.unwrap_or_else(|| release_some(ground, &request).unwrap_or_default());
+        self.has_failed = false;
+        if is_waited_for && base < earliest {
+            // It took longer than it was given: those who are on their way are elsewhere now.
+            self.allowance = 2 * (scene.cycle - begun);
+            return;
+        }
+        self.allowance = 0;
+        let base = if is_waited_for { base } else { earliest };
+        let walks = ended.map(|ended| ended.walks).unwrap_or_default();
         let places = walks.iter().zip(&places).flat_map(|(walks, places)| walks.iter().map(move |_| places));
         let places: Vec<&Vec<usize>> = places.collect();
         let mut departed = 0;
@@ -257,7 +331,7 @@ impl Scheduled {
             return;
         }
         self.put_off(scene.cycle);
-        if self.rouse(ground, scene, &ready) {
+        if self.rouse(ground, (scene, work), &ready) {
             self.next = scene.cycle + 1;
         } else {
             self.is_stuck = !self.states.iter().any(|state| matches!(state, State::Planned(_)));
@@ -293,13 +367,20 @@ impl Scheduled {
     /// Rouses those who have arrived in the way of the first of those who wait; returns whether there are any.
     ///
     /// Goals fill up in another order than was planned where somebody comes late: then the free ones lie behind taken ones.
-    fn rouse(&mut self, ground: &Ground, scene: &Scene<'_>, waiting: &[usize]) -> bool {
+    fn rouse(&mut self, ground: &Ground, (scene, work): (&Scene<'_>, &mut Work), waiting: &[usize]) -> bool {
         let reach = 2.0 * ground.radius() + MARGIN;
         let mut planner = Planner::new(ground);
         let free = self.free_goals();
-        for &unit in waiting {
+        // Who was looked at last time comes last.
+        let first = self.looked % waiting.len();
+        for &unit in waiting[first..].iter().chain(&waiting[..first]) {
+            if !work.is_left() {
+                break;
+            }
+            self.looked += 1;
             let from = scene.units[unit].position;
             for &goal in self.goals_of(unit, &free) {
+                work.add(PATH);
                 let Ok(legs) = planner.path(from, self.goals[goal]) else { continue };
                 let way: Vec<DVec2> = std::iter::once(from).chain(legs.iter().copied()).collect();
                 let is_in_the_way = |other: &usize| {
@@ -463,12 +544,6 @@ impl Plan {
     fn moving(&self, base: f64, (speed, radius): (f64, f64)) -> Moving {
         Moving { from: self.from, legs: self.legs.clone(), departure: self.departure - base, speed, radius }
     }
-}
-
-/// Schedules all, if all can go.
-fn all_walks(ground: &Ground, request: &Request<'_>) -> Option<Vec<Vec<Option<Walk>>>> {
-    let schedule = release(ground, request).ok()?;
-    Some(schedule.walks.into_iter().map(|walks| walks.into_iter().map(Some).collect()).collect())
 }
 
 /// Whether a way leads nearer to a point than so many world units; but for its first point, if it moves away from there.

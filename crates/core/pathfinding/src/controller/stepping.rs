@@ -2,7 +2,7 @@
 
 use maniple_geometry::{Circle, Segment};
 
-use super::lattice::{Lattice, StepError};
+use super::lattice::{Lattice, StepError, Survey};
 use super::passage::Passage;
 use super::scene::{GRACE, Order, Scene};
 use super::scheduled::Scheduled;
@@ -10,6 +10,7 @@ use super::teams::Teams;
 use super::walkers::{Astray, Walkers};
 use crate::ground::{Ground, MARGIN};
 use crate::in_step::{Outcome, Pibt, Place, Rings, Tree};
+use crate::work::Work;
 
 /// Decides the ties of plans.
 const SEED: u64 = 1;
@@ -18,9 +19,6 @@ const SEED: u64 = 1;
 /// are twice as many.
 const STEPS_MIN: u32 = 8;
 const STEPS_MAX: u32 = 1 << 11;
-
-/// Steps of one agent that a search tries in a cycle: some milliseconds.
-const TRIED_A_CYCLE: u64 = 1 << 14;
 
 /// What came of a cycle.
 pub(crate) enum Verdict {
@@ -47,6 +45,8 @@ pub(crate) struct Stepping {
 enum Stage {
     /// All come to rest; from this cycle on they can be taken to rest.
     Halting { since: u32 },
+    /// The lattice is chosen, and the places on it.
+    Surveying(Box<Survey>),
     /// Each goes to its place.
     Entering(Box<Scheduled>, Box<Walking>),
     /// All walk over the lattice.
@@ -68,6 +68,8 @@ struct Walking {
 enum Search {
     /// From these places on a plan is looked for; so many steps are taken before the next search.
     Open { from: Vec<Place>, tree: Box<Tree>, steps: u32 },
+    /// So many steps are added to the ways by priorities alone; so many will be the next time.
+    Without { left: u32, next: u32 },
     /// The ways lead to the goals.
     Found,
     /// There is no plan.
@@ -79,24 +81,30 @@ impl Stepping {
         Self { teams, speed, repeats, stage: Stage::Halting { since: 0 }, others: Vec::new() }
     }
 
-    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Verdict {
+    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
         if let Stage::Halting { since } = self.stage {
             if scene.cycle < since || scene.units.iter().any(|unit| unit.is_moving) {
                 return Verdict::Going(Vec::new());
             }
-            match Lattice::new(ground, scene, &self.teams) {
-                Ok(lattice) => self.enter(lattice, scene),
-                Err(error) => return Verdict::Failed(error),
+            self.others = scene.others.to_vec();
+            let points = scene.units.iter().map(|unit| unit.position).collect();
+            self.stage = Stage::Surveying(Box::new(Survey::new(ground, points, scene.others)));
+        }
+        if let Stage::Surveying(survey) = &mut self.stage {
+            match survey.advance(ground, &self.teams, work) {
+                None => return Verdict::Going(Vec::new()),
+                Some(Ok(lattice)) => self.enter(lattice),
+                Some(Err(error)) => return Verdict::Failed(error),
             }
         }
         match &mut self.stage {
-            Stage::Halting { .. } => Verdict::Going(Vec::new()),
+            Stage::Halting { .. } | Stage::Surveying(_) => Verdict::Going(Vec::new()),
             Stage::Entering(scheduled, walking) => {
-                walking.search();
-                let orders = scheduled.advance(ground, scene);
+                walking.search(work);
+                let orders = scheduled.advance(ground, scene, work);
                 if scheduled.have_all_arrived() {
                     self.stage = Stage::Walking(walking.clone());
-                    return self.walk(ground, scene);
+                    return self.walk(ground, scene, work);
                 }
                 if scheduled.is_stuck() {
                     Verdict::Failed(StepError::Crowded)
@@ -104,9 +112,9 @@ impl Stepping {
                     Verdict::Going(orders)
                 }
             }
-            Stage::Walking(_) => self.walk(ground, scene),
+            Stage::Walking(_) => self.walk(ground, scene, work),
             Stage::Leaving(scheduled, goals) => {
-                let orders = scheduled.advance(ground, scene);
+                let orders = scheduled.advance(ground, scene, work);
                 if scheduled.have_all_arrived() {
                     return Verdict::Done(std::mem::take(goals));
                 }
@@ -119,14 +127,13 @@ impl Stepping {
         }
     }
 
-    fn enter(&mut self, lattice: Lattice, scene: &Scene<'_>) {
+    fn enter(&mut self, lattice: Lattice) {
         let points = lattice.starts.iter().map(|&place| lattice.board.point(place)).collect();
         let scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.repeats).partly();
-        self.others = scene.others.to_vec();
         self.stage = Stage::Entering(Box::new(scheduled), Box::new(Walking::new(lattice, self.speed)));
     }
 
-    fn walk(&mut self, ground: &Ground, scene: &Scene<'_>) -> Verdict {
+    fn walk(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
         let Stage::Walking(walking) = &mut self.stage else { return Verdict::Going(Vec::new()) };
         let is_astray = walking.look(scene).is_err();
         let is_in_the_way = self.others != scene.others && walking.is_met_by(scene.others, ground.radius());
@@ -138,8 +145,8 @@ impl Stepping {
             self.stage = Stage::Halting { since: scene.cycle + GRACE };
             return Verdict::Going(orders);
         }
-        walking.search();
-        if let Search::Failed = walking.search {
+        walking.search(work);
+        if matches!(walking.search, Search::Failed) && walking.walkers.are_done(&walking.passage) {
             return Verdict::Failed(StepError::NoPlan);
         }
         if !walking.is_over() {
@@ -152,7 +159,7 @@ impl Stepping {
         let points = lattice.goals.iter().enumerate().map(end).collect();
         let mut scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.repeats).partly();
         let goals = lattice.goals.clone();
-        let orders = scheduled.advance(ground, scene);
+        let orders = scheduled.advance(ground, scene, work);
         self.stage = Stage::Leaving(Box::new(scheduled), goals);
         Verdict::Going(orders)
     }
@@ -180,11 +187,30 @@ impl Walking {
     }
 
     /// Goes on with the search.
-    fn search(&mut self) {
-        let Search::Open { from, tree, .. } = &mut self.search else { return };
+    fn search(&mut self, work: &mut Work) {
+        let (board, distances) = (&self.lattice.board, &self.lattice.distances);
         let agents = self.lattice.starts.len() as u64;
-        let states = (TRIED_A_CYCLE / agents).max(1);
-        match tree.advance(self.lattice.problem(from), states) {
+        if let Search::Without { left, next } = &mut self.search {
+            let mut pibt = Pibt::with_rings((board, Rings::Avoided), distances, &self.passage.ends(), SEED);
+            while *left > 0 && work.is_left() {
+                *left -= 1;
+                self.passage.push(pibt.step(distances));
+                work.add(agents);
+            }
+            if *left > 0 {
+                return;
+            }
+            let (from, steps) = (self.passage.ends(), *next);
+            let tree = Box::new(Tree::new(self.lattice.problem(&from), Rings::Avoided, SEED));
+            self.search = Search::Open { from, tree, steps };
+        }
+        let Search::Open { from, tree, .. } = &mut self.search else { return };
+        let mut outcome = None;
+        while outcome.is_none() && work.is_left() {
+            outcome = tree.advance(self.lattice.problem(from), 1);
+            work.add(agents);
+        }
+        match outcome {
             None => {}
             Some(Outcome::Solved(plan)) => {
                 for step in 1..=plan.steps() {
@@ -199,22 +225,12 @@ impl Walking {
     /// Returns the orders of a cycle. Where all have come to where the search begins and it has not ended, some steps are taken
     /// without it, and it begins anew behind them.
     fn orders(&mut self, cycle: u32) -> Vec<Order> {
-        if let Search::Open { from, steps, .. } = &mut self.search
+        if let Search::Open { steps, .. } = self.search
             && self.walkers.are_done(&self.passage)
         {
-            let (board, distances) = (&self.lattice.board, &self.lattice.distances);
-            let mut pibt = Pibt::with_rings((board, Rings::Avoided), distances, from, SEED);
-            for _ in 0..*steps {
-                self.passage.push(pibt.step(distances));
-            }
-            let from = self.passage.ends();
-            let steps = 2 * *steps;
-            if steps > STEPS_MAX {
-                self.search = Search::Failed;
-                return Vec::new();
-            }
-            let tree = Box::new(Tree::new(self.lattice.problem(&from), Rings::Avoided, SEED));
-            self.search = Search::Open { from, tree, steps };
+            let next = 2 * steps;
+            self.search =
+                if next > STEPS_MAX { Search::Failed } else { Search::Without { left: steps, next } };
         }
         self.walkers.orders((&self.lattice.board, &self.passage), cycle)
     }

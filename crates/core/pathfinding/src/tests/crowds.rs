@@ -3,9 +3,9 @@
 use glam::DVec2;
 use maniple_tilemap::{Kind, TileMap, TileShape};
 
-use super::generated;
 use super::release::{block, gap};
 use super::trial::{Outcome, Trial};
+use super::{drawn, generated};
 use crate::{Goals, Group, Tactic};
 
 fn open(side: u32) -> TileMap {
@@ -94,5 +94,74 @@ fn groups_go_through_mazes() {
 fn two_groups_pass_a_gap_in_opposite_directions() {
     for width in [1, 2, 4] {
         check("counterflow", &counterflow(width));
+    }
+}
+
+/// Nobody is told to go where it has not been seen that the way gets free, so lost orders cost time alone.
+#[test]
+fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
+    let (map, groups) = corners(20);
+    for seed in 0..5 {
+        let trial = Trial {
+            latency: 2,
+            lost: 0.2,
+            repeats: 6,
+            seed,
+            ..Trial::of_groups(&map, Tactic::Auto, groups.clone())
+        };
+        let Outcome { arrived, collisions, orders, cycles, .. } = trial.run(6000);
+        println!("seed {seed}: {arrived} arrived, {collisions} collisions, {orders} orders, {cycles} cycles");
+        assert_eq!((arrived, collisions), (20, 0), "seed {seed}");
+    }
+}
+
+#[test]
+fn larger_circles_go_on_a_coarser_lattice() {
+    let (map, groups) = corners(20);
+    for radius in [0.4, 0.45] {
+        let trial = Trial { radius, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
+        let Outcome { arrived, collisions, orders, cycles, error, .. } = trial.run(6000);
+        println!(
+            "radius {radius}: {arrived} arrived, {collisions} collisions, {orders} orders, {cycles} cycles, {error:?}"
+        );
+        assert_eq!((arrived, collisions), (20, 0), "radius {radius}");
+    }
+}
+
+/// Two who have to change places in a corridor with one bay: there is no schedule, and a plan in step if the bay is on the lattice.
+#[test]
+fn two_change_places_in_a_corridor_with_a_bay() {
+    let map = drawn(&["@@@@@@@@@", "@.......@", "@@@@.@@@@", "@@@@@@@@@"]);
+    let at = |x: f64| vec![DVec2::new(x, 1.5)];
+    let groups = vec![group(at(1.5), at(7.5)), group(at(7.5), at(1.5))];
+    let trial = Trial::of_groups(&map, Tactic::Auto, groups);
+    for latency in [0, 2] {
+        let outcome = Trial { latency, ..trial.clone() }.run(1000);
+        println!("bay {outcome:?}");
+        assert_eq!((outcome.arrived, outcome.collisions), (2, 0));
+    }
+    // The bay is in an odd column, as the ends are: a raster of every second tile has it. In an even one it has not.
+    let larger = Trial { radius: 0.45, ..trial.clone() }.run(1000);
+    println!("bay, larger {larger:?}");
+    assert_eq!((larger.arrived, larger.collisions), (0, 0));
+    assert!(larger.error.is_some() && larger.orders == 0, "{larger:?}");
+}
+
+#[test]
+fn no_cycle_plans_more_than_its_budget_and_one_part() {
+    // The largest parts: the places of all units are chosen at once, 537 looks each.
+    for (map, groups, part) in [(corners(20), 20 * 540), (counterflow(2), 100 * 540)]
+        .map(|((map, groups), part)| (map, groups, part))
+    {
+        for budget in [1_000, 20_000, 1 << 18] {
+            let trial = Trial { budget, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
+            let outcome = trial.run(6000);
+            let most = outcome.looks.iter().copied().max().unwrap();
+            let all: u64 = outcome.looks.iter().sum();
+            println!("budget {budget}: {most} at most, {all} in all, {} cycles", outcome.cycles);
+            assert!(most < budget + part, "{most}");
+            assert_eq!((outcome.arrived, outcome.collisions), (outcome.progress.len(), 0));
+            assert_eq!(outcome, trial.run(6000));
+        }
     }
 }

@@ -30,6 +30,8 @@ pub(crate) struct Trial<'a> {
     pub(crate) lost: f64,
     /// How often orders are given again.
     pub(crate) repeats: u32,
+    /// Looks a cycle.
+    pub(crate) budget: u64,
     /// Decides which orders are lost.
     pub(crate) seed: u64,
     /// Who stands in the way, from which cycle on and until which.
@@ -48,6 +50,8 @@ pub(crate) struct Outcome {
     pub(crate) cycles: u32,
     pub(crate) progress: Vec<Progress>,
     pub(crate) error: Option<StepError>,
+    /// The looks of each cycle.
+    pub(crate) looks: Vec<u64>,
 }
 
 impl Trial<'_> {
@@ -58,7 +62,8 @@ impl Trial<'_> {
 
     pub(crate) fn of_groups(map: &TileMap, tactic: Tactic, groups: Vec<Group>) -> Trial<'_> {
         let (radius, latency, lost, repeats, seed, stones) = (0.35, 0, 0.0, 0, 7, Vec::new());
-        Trial { map, radius, groups, tactic, latency, lost, repeats, seed, stones }
+        let budget = 1 << 18;
+        Trial { map, radius, groups, tactic, latency, lost, repeats, budget, seed, stones }
     }
 
     fn starts(&self) -> impl Iterator<Item = DVec2> {
@@ -84,7 +89,9 @@ impl Trial<'_> {
     pub(crate) fn run_with(&self, cycles_max: u32, mut meddle: impl FnMut(u32, &mut World)) -> Outcome {
         let ground = Ground::new(self.map, self.radius).unwrap();
         let mut world = self.world();
-        let mut controller = Controller::of_groups(self.tactic, &self.groups, SPEED).repeating(self.repeats);
+        let mut controller = Controller::of_groups(self.tactic, &self.groups, SPEED)
+            .repeating(self.repeats)
+            .with_budget(self.budget);
         let mut dice = Dice(self.seed);
         let mut line: VecDeque<Vec<Order>> = std::iter::repeat_n(Vec::new(), self.latency).collect();
         let units = u32::try_from(self.starts().count()).unwrap();
@@ -96,6 +103,7 @@ impl Trial<'_> {
             cycles: 0,
             progress: Vec::new(),
             error: None,
+            looks: Vec::new(),
         };
         for cycle in 0..cycles_max {
             self.set_stones(cycle, &mut world);
@@ -104,6 +112,7 @@ impl Trial<'_> {
             let others: Vec<Circle> =
                 self.stones.iter().filter(|stone| stone.1.contains(&cycle)).map(|stone| stone.0).collect();
             let orders = controller.advance(&ground, &Scene { cycle, units: &seen, others: &others });
+            outcome.looks.push(controller.looks());
             if !orders.is_empty() {
                 outcome.orders += orders.len();
                 outcome.last_order = cycle;
