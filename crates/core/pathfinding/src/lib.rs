@@ -27,5 +27,5 @@ pub use field::Field;
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
 pub use release::{
-    Goals, Group, Moving, ReleaseError, Request, Schedule, Walk, bound, release, release_some,
+    Goals, Group, Moving, ReleaseError, Request, Schedule, Walk, bound, release, release_some, throughput_max,
 };

@@ -13,6 +13,8 @@ Columns, the same in the table and as JSON; what a planner does not have is - or
   arrived              units that are exactly at their goals at the end; for single, paths that were walked without a collision
   makespan             cycles until the last of all that move arrives, at 0.2 tiles a cycle
   bound                what the makespan cannot be below: the longest way of one alone
+  throughput           units a cycle that pass the gap, from the first to the last, as a share of the most that can: in the densest
+                       packing of circles in rows; for groups at a gap alone
   collisions_per_unit  collisions in the kinematics, by the number of units
   plan_us_p50, plan_us_p99
                        planning in microseconds of processor time: single, for a path; pibt, for a step of all; others, for the whole plan

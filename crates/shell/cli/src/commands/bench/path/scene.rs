@@ -26,6 +26,8 @@ pub(super) struct Scene {
     pub(super) map: TileMap,
     pub(super) ground: Ground,
     pub(super) groups: Vec<Group>,
+    /// The height of the middle of a gap that all pass downwards, if there is one.
+    pub(super) gap: Option<f64>,
 }
 
 /// Returns the scenes for so many units: those that are made for it, or, on a map that is named, a group that crosses it.
@@ -55,8 +57,9 @@ fn open(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Failu
 
 fn gap(width: usize, (side, units): (usize, usize), arguments: &BenchPath) -> Result<Scene, Failure> {
     let (map, above, below) = rooms(width, (side, side))?;
+    let gap = Some(0.5 * (above.y + below.y));
     let groups = vec![group(units, (side, above), (side, below))];
-    scene(&format!("gap {width}"), map, groups, arguments)
+    Ok(Scene { gap, ..scene(&format!("gap {width}"), map, groups, arguments)? })
 }
 
 /// Two groups of half the units that meet at a gap of two tiles.
@@ -101,7 +104,7 @@ fn across((name, map): (String, TileMap), units: usize, arguments: &BenchPath) -
     let goals = points.split_off(points.len() - units);
     points.truncate(units);
     let groups = vec![Group { starts: points, goals, whose: Goals::Interchangeable }];
-    Ok(Scene { name, map, ground, groups })
+    Ok(Scene { name, map, ground, groups, gap: None })
 }
 
 /// A room above and one below a wall with a gap, for groups so many columns wide and rows deep, and the middles of both rooms.
@@ -148,7 +151,7 @@ fn scene(name: &str, map: TileMap, groups: Vec<Group>, arguments: &BenchPath) ->
     if !groups.iter().all(holds) {
         return Err(Failure::bad_input(anyhow!("--radius: the units of {name} have no room")));
     }
-    Ok(Scene { name: name.to_owned(), map, ground, groups })
+    Ok(Scene { name: name.to_owned(), map, ground, groups, gap: None })
 }
 
 fn ground(map: &TileMap, arguments: &BenchPath) -> Result<Ground, Failure> {
