@@ -17,6 +17,7 @@ use maniple_protocol::{
     read_replay,
 };
 use maniple_referee::{HELD_ENTRIES_MAX, PAUSES_MAX};
+use maniple_server::metrics::Kind;
 use maniple_server::{ASKS_MAX, CONTROLS_WAITING_MAX, NEWS_WAITING_MAX, SPECTATORS_MAX, VIOLATIONS_MAX};
 use maniple_view::{
     Action, Alternate, Appeared, Base, COMMANDS_A_CYCLE_MAX, Changed, ClockMode, Command, CommandResult,
@@ -41,6 +42,14 @@ fn client_messages_have_their_golden_bytes() {
             Ok(&message),
             "{name}"
         );
+    }
+}
+
+#[test]
+fn every_reason_to_refuse_has_its_golden_bytes() {
+    let names: BTreeSet<String> = server_messages().iter().map(|(name, _)| (*name).to_owned()).collect();
+    for kind in <Refused as Kind>::ALL {
+        assert!(names.contains(&format!("refused_{kind}")), "{kind}");
     }
 }
 
@@ -276,6 +285,7 @@ fn server_messages() -> Vec<(&'static str, ServerMessage)> {
         ("refused_asks_too_much", refused(Refused::AsksTooMuch { limit: 16 })),
         ("matches", matches()),
         ("created", ServerMessage::Created { match_id: Digest(7), tokens: vec!["0".repeat(32)] }),
+        ("refused_operator", refused(Refused::Operator)),
         ("refused_too_many_commands", refused(Refused::TooManyCommands { limit: 32_768 })),
     ]
 }
