@@ -58,16 +58,16 @@ pub(crate) struct BenchPath {
     )]
     pub(crate) units: Vec<u32>,
     /// The radius of the units, in tiles
-    #[arg(long, value_name = "R", default_value_t = 0.35, value_parser = super::positive)]
+    #[arg(long, value_name = "R", default_value_t = 0.35, value_parser = crate::arguments::positive)]
     pub(crate) radius: f64,
     /// The seed of random starts and goals, and of ties
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
     /// How long a plan may take, in seconds of processor time; who has none by then has arrived nowhere
-    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = super::positive)]
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = crate::arguments::positive)]
     pub(crate) seconds: f64,
     /// How long refined makes a plan better, in seconds of processor time
-    #[arg(long, value_name = "S", default_value_t = 6.0, value_parser = super::positive)]
+    #[arg(long, value_name = "S", default_value_t = 6.0, value_parser = crate::arguments::positive)]
     pub(crate) refine: f64,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
