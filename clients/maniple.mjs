@@ -512,9 +512,14 @@ const delta = record({
 });
 const rest = option(record({ ...before, appeared: list(record({ ...seen, status, own })), ...after }));
 const packed = record({ cycle: uint, rest, motions: bytes, check: digest });
+const listed = record({
+  match: digest, scenario: text, clock: names("realtime", "lockstep"), rate: double, has_begun: flag,
+  seats: list(record({ open: flag, taken: flag })), spectators: option(record({ everything: flag, delay: uint })),
+});
 const fromServer = choice({
   welcome, refused: record({ reason: refused }), delta, pong: record({ id: uint, cycle: uint, fraction: double }),
   ended: record({ result }), packed, paused: record({ seats: uints, on: flag }),
+  matches: record({ scenarios: list(text), list: list(listed) }), created: record({ match: digest, tokens: list(text) }),
   keyframe: record({}), warned: record({ reason: refused, left: uint }),
 });
 

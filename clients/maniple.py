@@ -403,11 +403,15 @@ DELTA = {
     "moved": list_of(record(object=UINT, base=BASE)),
     "stopped": list_of(record(object=UINT, point=POINT, cycle=UINT, fraction=DOUBLE, reason=option(STOP_REASON))),
     **{name: REST[name] for name in AFTER}}
+LISTED = record(
+    match=DIGEST, scenario=TEXT, clock=enum("realtime", "lockstep"), rate=DOUBLE, has_begun=FLAG,
+    seats=list_of(record(open=FLAG, taken=FLAG)), spectators=option(record(everything=FLAG, delay=UINT)))
 FROM_SERVER = enum(
     welcome=WELCOME, refused=record(reason=REFUSED), delta=record(cycle=UINT, **DELTA, check=DIGEST),
     pong=record(id=UINT, cycle=UINT, fraction=DOUBLE), ended=record(result=RESULT),
     packed=record(cycle=UINT, rest=option(record(**REST)), motions=BYTES, check=DIGEST),
-    paused=record(seats=UINTS, on=FLAG), keyframe=record(), warned=record(reason=REFUSED, left=UINT))
+    paused=record(seats=UINTS, on=FLAG), matches=record(scenarios=list_of(TEXT), list=list_of(LISTED)),
+    created=record(match=DIGEST, tokens=list_of(TEXT)), keyframe=record(), warned=record(reason=REFUSED, left=UINT))
 NO_REST = {name: None if name == "stock" else [] for name in REST}
 
 

@@ -390,13 +390,14 @@ fn bench_wire_plays_a_scenario_and_names_what_it_cannot() {
 }
 
 /// The fields of a row of `bench path`.
-const PATH_FIELDS: [&str; 13] = [
+const PATH_FIELDS: [&str; 14] = [
     "map",
     "planner",
     "units",
     "arrived",
     "makespan",
     "bound",
+    "throughput",
     "collisions_per_unit",
     "plan_us_p50",
     "plan_us_p99",
@@ -427,6 +428,27 @@ fn bench_path_walks_what_every_planner_plans() {
             assert!(row["makespan"].as_f64() >= row["bound"].as_f64(), "{row}");
             assert!(row["length_ratio_mean"].as_f64().is_some_and(|ratio| ratio >= 1.0), "{row}");
         }
+    }
+}
+
+#[test]
+fn bench_path_leads_groups_through_gaps_as_fast_as_they_may_go() {
+    let rows = json(&["bench", "path", "--planner", "release,alone", "--units", "20", "--json"]);
+    let rows = rows.as_array().expect("an array of rows");
+    let named = |planner: &str, map: &str| {
+        let found = rows.iter().find(|row| row["planner"] == planner && row["map"] == map);
+        found.unwrap_or_else(|| panic!("no {planner} of {map} in {rows:?}"))
+    };
+    for map in ["open", "gap 1", "gap 2", "gap 3"] {
+        let row = named("release", map);
+        assert_eq!((&row["arrived"], &row["collisions_per_unit"]), (&20.into(), &0.0.into()), "{row}");
+        assert!(row["makespan"].as_f64() >= row["bound"].as_f64(), "{row}");
+        match row["throughput"].as_f64() {
+            Some(share) => assert!(map != "open" && (0.5..1.02).contains(&share), "{row}"),
+            None => assert_eq!(map, "open", "{row}"),
+        }
+        let alone = named("alone", map);
+        assert!(map == "open" || alone["arrived"].as_u64() < Some(20), "{alone}");
     }
 }
 
@@ -482,7 +504,10 @@ fn a_load_that_cannot_be_is_a_usage_error_and_a_small_one_is_measured() {
     let load =
         ["bench", "load", "--clients", "9", "--matches", "2", "--hostile", "5", "--seconds", "0.5", "--json"];
     let row = json(&load);
-    assert_eq!((&row["clients"], &row["matches"], &row["disconnected"]), (&9.into(), &2.into(), &0.into()));
+    assert_eq!(
+        (&row["clients"], &row["matches"], &row["disconnected"]),
+        (&9.into(), &2.into(), &serde_json::json!({}))
+    );
     for figure in ["lateness_ms_p50", "rss_mib", "bytes_per_client_second"] {
         assert!(row[figure].as_f64().is_some_and(|figure| figure > 0.0), "{figure}: {row}");
     }

@@ -1,13 +1,14 @@
 //! The clients in `clients/`, as whoever copies them runs them: in whole matches against the real server.
 
 use std::process::{Command, Output, Stdio};
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use maniple_game::{Files, Loaded, LoadedFile, Overrides, load};
 use maniple_protocol::{
-    Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, ServerMessage, decode_server, encode_server,
+    Encoding, FRAME_FROM_SERVER_MAX, FrameDecoder, Outbound, ServerMessage, Welcome, decode_server,
+    encode_server,
 };
-use maniple_view::{ClockMode, MatchResult};
+use maniple_view::{ClockMode, Delta, MatchResult, Rules, View};
 use serde_json::json;
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
@@ -54,13 +55,35 @@ async fn each_client_stops_when_a_single_bit_of_its_view_is_wrong() {
     for program in programs() {
         let arena = Arena::open(&race("positions = 'exact'", 40), ClockMode::Lockstep);
         let other = tokio::spawn(play_to_the_last(arena.client(1).await, bot("straight", 1)));
-        let address = flipping(&arena.address, program.encoding).await;
+        let (encoding, mut is_flipped) = (program.encoding, false);
+        let flipping = move |mut message| {
+            is_flipped = is_flipped || flip(&mut message);
+            encode_server(encoding, &message).unwrap()
+        };
+        let address = retold(&arena.address, encoding, flipping).await;
         let output = program.run(&address, &arena.tokens[0], &[]).await;
         let told = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{}: {told}", program.name);
         assert!(told.contains("the view hashes to"), "{}: {told}", program.name);
         arena.shut_down().await;
         assert!(other.await.unwrap().is_err());
+    }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn each_client_begins_anew_at_a_keyframe_in_the_middle_of_a_match() {
+    for program in programs() {
+        let arena = Arena::open(&race("positions = 'exact'", 40), ClockMode::Lockstep);
+        let other = tokio::spawn(play_to_the_last(arena.client(1).await, bot("straight", 1)));
+        let mut anew = Anew { encoding: program.encoding, mirrored: None };
+        let address = retold(&arena.address, program.encoding, move |message| anew.retell(message)).await;
+        let output = program.run(&address, &arena.tokens[0], &[]).await;
+        assert!(output.status.success(), "{}: {}", program.name, String::from_utf8_lossy(&output.stderr));
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let result = arena.outcome().await.result.unwrap();
+        let expected = (json!(result.hash), json!(result.cycles.0 + 1));
+        assert_eq!((&found["hash"], &found["checks"]), (&expected.0, &expected.1), "{}", program.name);
+        assert_eq!(other.await.unwrap().unwrap(), result);
     }
 }
 
@@ -119,9 +142,12 @@ async fn play_to_the_end(program: &Program, loaded: &Loaded, opponent: &str) -> 
     result
 }
 
-/// Lets a client in at another address, and flips the last bit of the first coordinate that it is told.
-/// Returns the address.
-async fn flipping(server: &str, encoding: Encoding) -> String {
+/// Lets a client in at another address, and tells it what `retell` makes of each message of the server. Returns the address.
+async fn retold(
+    server: &str,
+    encoding: Encoding,
+    mut retell: impl FnMut(ServerMessage) -> Vec<u8> + Send + 'static,
+) -> String {
     let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
     let address = listener.local_addr().unwrap().to_string();
     let server = server.to_owned();
@@ -131,19 +157,57 @@ async fn flipping(server: &str, encoding: Encoding) -> String {
         let (mut from_server, mut to_server) = TcpStream::connect(server).await.unwrap().into_split();
         tokio::spawn(async move { tokio::io::copy(&mut from_client, &mut to_server).await });
         let mut frames = FrameDecoder::new(encoding, FRAME_FROM_SERVER_MAX);
-        let (mut buffer, mut is_flipped) = (vec![0; 4096], false);
+        let mut buffer = vec![0; 4096];
         while let Ok(count @ 1..) = from_server.read(&mut buffer).await {
             frames.handle_bytes(&buffer[..count]);
             while let Some(body) = frames.poll().unwrap() {
-                let mut message = decode_server(encoding, body).unwrap();
-                is_flipped = is_flipped || flip(&mut message);
-                if to_client.write_all(&encode_server(encoding, &message).unwrap()).await.is_err() {
+                let retold = retell(decode_server(encoding, body).unwrap());
+                if to_client.write_all(&retold).await.is_err() {
                     return;
                 }
             }
         }
     });
     address
+}
+
+/// Tells a client keyframes where the server tells it deltas, as it does one that has lagged.
+struct Anew {
+    encoding: Encoding,
+    /// From the welcome on.
+    mirrored: Option<(Welcome, View, Outbound)>,
+}
+
+impl Anew {
+    /// Cycles from one keyframe to the next.
+    const INTERVAL: u32 = 70;
+
+    fn retell(&mut self, message: ServerMessage) -> Vec<u8> {
+        let encoding = self.encoding;
+        let outbound = |rules: &Rules| Outbound::for_deltas(encoding, rules);
+        if let ServerMessage::Welcome(welcome) = &message {
+            let view = View::new(&welcome.rules, Arc::new(welcome.terrain.clone()));
+            self.mirrored = Some((welcome.clone(), view, outbound(&welcome.rules)));
+        }
+        let Some((Welcome { rules, .. }, view, packing)) = &mut self.mirrored else {
+            return encode_server(encoding, &message).unwrap();
+        };
+        let delta = if let ServerMessage::Delta(delta) = message {
+            delta
+        } else if let ServerMessage::Packed(packed) = message {
+            packed.unpack(view, rules).unwrap()
+        } else {
+            return encode_server(encoding, &message).unwrap();
+        };
+        view.apply(&delta).unwrap();
+        if view.cycle().0 == 0 || !view.cycle().0.is_multiple_of(Self::INTERVAL) {
+            return packing.encode(&ServerMessage::Delta(delta)).unwrap();
+        }
+        *packing = outbound(rules);
+        let keyframe = Delta { results: delta.results, ended: delta.ended, ..view.keyframe() };
+        let announced = encode_server(encoding, &ServerMessage::Keyframe {}).unwrap();
+        [announced, packing.encode(&ServerMessage::Delta(keyframe)).unwrap()].concat()
+    }
 }
 
 /// Flips a bit of the first coordinate in a keyframe; returns whether there is one.

@@ -244,7 +244,10 @@ async fn a_panic_ends_its_own_match_and_no_other() {
     while let Some(refused) = doomed.join_next().await {
         assert_eq!(refused.unwrap(), Refused::Broken);
     }
-    assert!(matches!(running.await.unwrap(), Err(RunError::Panicked)));
+    match running.await.unwrap() {
+        Err(RunError::Panicked { message }) => assert_eq!(message, "a mistake that is made on purpose"),
+        other => panic!("{other:?}"),
+    }
     while let Some(played) = players.join_next().await {
         assert_eq!(played.unwrap(), 24);
     }

@@ -48,6 +48,47 @@ fn the_daemon_tells_over_http_how_it_is() {
 }
 
 #[test]
+fn a_stopped_daemon_lets_a_match_that_has_begun_come_to_its_end_unless_it_is_told_again() {
+    let folder = folder("stopped");
+    let duel = fs::read_to_string(format!("{ROOT}/config/scenarios/duel.toml")).unwrap();
+    let lines =
+        duel.lines().filter(|line| !line.starts_with("rate =") && !line.starts_with("length_seconds ="));
+    let duel: Vec<&str> = lines.collect();
+    for (seconds, is_told_again, code) in [(4, false, 0), (86_400, true, 130)] {
+        let text = format!("rate = 100\nlength_seconds = {seconds}\n{}", duel.join("\n"));
+        let scenario = file(&folder, "duel.toml", &text);
+        let serve = ["serve", "--listen", "127.0.0.1:0", "--json", "--scenario", &scenario];
+        let mut serve = maniple(&serve);
+        serve.args(["--map", "maps/choke.tmx", "--set", "listen.http=127.0.0.1:0"]);
+        let mut daemon = Daemon::start(serve);
+        let address = daemon.address();
+        let bot = |token: &String| {
+            let bot = ["bot", "idle", "--connect", &address, "--token", token];
+            maniple(&bot).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+        };
+        let bots: Vec<Child> = daemon.tokens().iter().map(bot).collect();
+        let http = daemon.opened["http"].as_str().unwrap().to_owned();
+        let listed = || -> Value {
+            serde_json::from_str(get(&http, "/matches").split("\r\n\r\n").nth(1).unwrap()).unwrap()
+        };
+        until(|| listed()[0]["phase"] == "running");
+        if is_told_again {
+            let jitter = |quantile: &str| listed()[0]["timings_ms"]["jitter"][quantile].as_f64().unwrap();
+            until(|| jitter("max") > 0.0 && jitter("p50") > 0.0);
+        }
+        signal(&daemon.child, "-TERM");
+        if is_told_again {
+            until(|| get(&http, "/readyz").starts_with("HTTP/1.1 503 "));
+            signal(&daemon.child, "-TERM");
+        }
+        assert_eq!(daemon.child.wait().unwrap().code(), Some(code));
+        for mut bot in bots {
+            assert_eq!(bot.wait().unwrap().success(), !is_told_again);
+        }
+    }
+}
+
+#[test]
 fn a_match_over_tls_is_played_and_counted() {
     let folder = folder("tls_match");
     let made = rcgen::generate_simple_self_signed(["127.0.0.1".to_owned()]).unwrap();

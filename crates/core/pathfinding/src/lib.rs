@@ -29,4 +29,5 @@ pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
 pub use release::{
     Goals, Group, Moving, ReleaseError, Releasing, Request, Schedule, Walk, bound, release, release_some,
+    throughput_max,
 };

@@ -19,7 +19,7 @@ mod trajectory;
 mod trunk;
 
 pub(crate) use assign::{by_cost, by_distance};
-pub use bound::bound;
+pub use bound::{bound, throughput_max};
 pub use error::ReleaseError;
 pub use releasing::Releasing;
 pub use schedule::{Goals, Group, Moving, Request, Schedule, Walk, release, release_some};

@@ -83,6 +83,11 @@ impl Interrupt {
     pub(crate) fn has_come(&self) -> bool {
         *self.0.borrow() > 0
     }
+
+    /// Returns whether it has come more than once.
+    pub(crate) fn has_come_again(&self) -> bool {
+        *self.0.borrow() > 1
+    }
 }
 
 /// Waits for an interrupt, or for the signal by which services are stopped; `listening` is called when the first would be noticed.

@@ -276,6 +276,12 @@ impl Lobby {
         Some((0..open.loaded.is_open.len()).map(|seat| open.occupancy.is_taken(seat)).collect())
     }
 
+    /// Returns whether all seats of a match have been joined; one that is gone has not begun.
+    #[must_use]
+    pub fn has_begun(&self, id: Digest) -> bool {
+        self.board().open.get(&id.0).is_some_and(|open| open.occupancy.has_begun())
+    }
+
     /// Returns how many matches there are.
     #[must_use]
     pub fn matches(&self) -> usize {
@@ -366,7 +372,7 @@ impl Lobby {
 
     /// Waits for the end of a match that nobody else waits for.
     pub(crate) async fn see_to_the_end(&self, opened: Opened) {
-        let outcome = opened.finished.await.unwrap_or(Err(RunError::Panicked));
+        let outcome = opened.finished.await.unwrap_or_else(|_| Err(RunError::gone()));
         self.forget(opened.id);
         match outcome {
             Ok(Some(result)) => {
@@ -451,6 +457,7 @@ impl Open {
             seats: seats(is_open.len()),
             players: seats(taken),
             spectators: self.occupancy.spectators(),
+            timings_ms: self.occupancy.timings(),
         }
     }
 

@@ -128,8 +128,18 @@ pub enum RunError {
     #[error(transparent)]
     Journal(#[from] JournalError),
     /// The simulation has panicked, which is a mistake of this program.
-    #[error("the simulation has panicked")]
-    Panicked,
+    #[error("the simulation has panicked: {message}")]
+    Panicked {
+        /// What it panicked with; empty where that is no text.
+        message: String,
+    },
+}
+
+impl RunError {
+    /// Returns the error of a simulation that was dropped before it had told its outcome.
+    pub(crate) fn gone() -> Self {
+        Self::Panicked { message: "it has ended without an outcome".to_owned() }
+    }
 }
 
 impl Match {

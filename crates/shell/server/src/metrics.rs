@@ -17,8 +17,8 @@ use prometheus_client::metrics::MetricType;
 use prometheus_client::registry::Registry;
 
 pub(crate) use counted::Counted;
-pub use kinds::{End, Kinds};
-pub use timings::{TIMING_BOUNDS, Timings};
+pub use kinds::{End, Kind, Kinds};
+pub use timings::{Spread, TIMING_BOUNDS, Timings};
 
 /// What every name begins with.
 const PREFIX: &str = "maniple";
@@ -31,13 +31,22 @@ pub struct Count(AtomicU64);
 #[derive(Debug, Default)]
 pub struct Level(AtomicI64);
 
+/// How cycles keep their time.
+#[derive(Debug, Default)]
+pub struct CycleTimings {
+    /// Wall-clock time that a cycle takes: commands, step and deltas.
+    pub duration: Timings,
+    /// By how much a cycle of a real-time match begins later than it is due.
+    pub lateness: Timings,
+    /// By how much the time between the beginnings of two cycles of a real-time match differs from the period.
+    pub jitter: Timings,
+}
+
 /// All figures of a daemon, over all its matches since it began.
 #[derive(Debug, Default)]
 pub struct Metrics {
-    /// Wall-clock time that a cycle takes: commands, step and deltas.
-    pub cycle_seconds: Timings,
-    /// By how much a cycle of a real-time match begins later than it is due.
-    pub lateness_seconds: Timings,
+    /// How the cycles of all matches keep their time.
+    pub cycles: CycleTimings,
     /// Cycles that were put off because the match was too slow for its rate.
     pub cycles_put_off: Count,
     /// Matches that are open or run.
@@ -125,19 +134,24 @@ impl Level {
 impl Metrics {
     /// Returns all figures.
     #[must_use]
-    pub fn described(&self) -> [Described<'_>; 15] {
+    pub fn described(&self) -> [Described<'_>; 16] {
         use Reading::{Count, Labelled, Level, Timings};
         let described = |name, meaning, reading| Described { name, meaning, reading };
         [
             described(
                 "cycle_seconds",
                 "Time that a cycle takes: commands, step and deltas",
-                Timings(&self.cycle_seconds),
+                Timings(&self.cycles.duration),
             ),
             described(
                 "lateness_seconds",
                 "Time by which a cycle begins later than it is due",
-                Timings(&self.lateness_seconds),
+                Timings(&self.cycles.lateness),
+            ),
+            described(
+                "jitter_seconds",
+                "Time by which two cycles are farther apart, or nearer, than the period",
+                Timings(&self.cycles.jitter),
             ),
             described(
                 "cycles_put_off",
@@ -286,7 +300,7 @@ mod tests {
         metrics.players.change(3);
         metrics.players.change(-1);
         metrics.refused.count(&Refused::Token);
-        metrics.cycle_seconds.record(Duration::from_millis(3));
+        metrics.cycles.duration.record(Duration::from_millis(3));
         let text = metrics.text();
         for line in [
             "maniple_bytes_sent_total 41",
@@ -294,7 +308,7 @@ mod tests {
             "maniple_refused_total{reason=\"token\"} 1",
             "maniple_refused_total{reason=\"full\"} 0",
             "maniple_cycle_seconds_bucket{le=\"0.002\"} 0",
-            "maniple_cycle_seconds_bucket{le=\"0.005\"} 1",
+            "maniple_cycle_seconds_bucket{le=\"0.003\"} 1",
             "maniple_cycle_seconds_bucket{le=\"+Inf\"} 1",
             "maniple_cycle_seconds_sum 0.003",
             "maniple_cycle_seconds_count 1",

@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU32, AtomicU64, Ordering};
+use std::time::Duration;
 
 use maniple_geometry::Cycle;
 use maniple_view::Seat;
 
-use crate::metrics::Metrics;
-use crate::operation::Phase;
+use crate::metrics::{CycleTimings, Metrics};
+use crate::operation::{MatchTimings, Phase};
 
 /// Who is there, and how far the match is. It also keeps the count of players and spectators of the daemon.
 #[derive(Debug)]
@@ -21,6 +22,7 @@ pub(crate) struct Occupancy {
     has_begun: AtomicBool,
     is_paused: AtomicBool,
     cycle: AtomicU32,
+    cycles: CycleTimings,
 }
 
 impl Occupancy {
@@ -34,6 +36,7 @@ impl Occupancy {
             has_begun: AtomicBool::new(false),
             is_paused: AtomicBool::new(false),
             cycle: AtomicU32::new(0),
+            cycles: CycleTimings::default(),
         }
     }
 
@@ -77,6 +80,29 @@ impl Occupancy {
     pub(crate) fn note_clock(&self, cycle: Cycle, is_paused: bool) {
         self.cycle.store(cycle.0, Ordering::Relaxed);
         self.is_paused.store(is_paused, Ordering::Relaxed);
+    }
+
+    /// Notes by how much a cycle begins too late, and by how much its distance from the one before differs from the period.
+    pub(crate) fn note_lateness(&self, lateness: Duration, jitter: Option<Duration>) {
+        for cycles in [&self.cycles, &self.metrics.cycles] {
+            cycles.lateness.record(lateness);
+            if let Some(jitter) = jitter {
+                cycles.jitter.record(jitter);
+            }
+        }
+    }
+
+    /// Notes how long a cycle has taken.
+    pub(crate) fn note_duration(&self, duration: Duration) {
+        for cycles in [&self.cycles, &self.metrics.cycles] {
+            cycles.duration.record(duration);
+        }
+    }
+
+    /// Returns how its cycles keep their time.
+    pub(crate) fn timings(&self) -> MatchTimings {
+        let CycleTimings { duration, lateness, jitter } = &self.cycles;
+        MatchTimings { cycle: duration.spread(), lateness: lateness.spread(), jitter: jitter.spread() }
     }
 
     /// Returns whether somebody sits at a seat.
@@ -142,7 +168,13 @@ mod tests {
         occupancy.note_spectators(5);
         occupancy.note_spectators(4);
         assert_eq!(count(), (1, 4));
+        occupancy.note_lateness(Duration::from_millis(2), Some(Duration::from_millis(1)));
+        occupancy.note_duration(Duration::from_millis(4));
+        let MatchTimings { cycle, lateness, jitter } = occupancy.timings();
+        assert_eq!((cycle.max, lateness.max, jitter.max), (4.0, 2.0, 1.0));
         drop(occupancy);
+        let CycleTimings { duration, lateness, jitter } = &metrics.cycles;
+        assert_eq!((duration.count(), lateness.count(), jitter.count()), (1, 1, 1));
         assert_eq!((count(), metrics.queue_depth.value()), ((0, 0), 0));
     }
 }

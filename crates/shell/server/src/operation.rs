@@ -19,6 +19,7 @@ use maniple_view::{ClockMode, Digest, Seat};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::metrics::Spread;
 use crate::settings::Limits;
 
 /// What can be operated: the daemon, as seen from here. Nothing in it waits for a match.
@@ -26,7 +27,7 @@ pub trait Operated: Send + Sync + 'static {
     /// Returns how it is.
     fn health(&self) -> Health;
 
-    /// Returns the matches that are open or run, in the order in which they were created.
+    /// Returns the matches that are open or run, ordered by their number.
     fn matches(&self) -> Vec<MatchStatus>;
 
     /// Creates a match of one of the scenarios.
@@ -158,6 +159,19 @@ pub struct MatchStatus {
     pub players: u16,
     /// Connections that watch.
     pub spectators: u32,
+    /// How its cycles keep their time since this daemon plays it, in milliseconds; zeros for what there was none of.
+    pub timings_ms: MatchTimings,
+}
+
+/// How the cycles of a match keep their time.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MatchTimings {
+    /// What a cycle takes.
+    pub cycle: Spread,
+    /// By how much it begins later than it is due, in real time.
+    pub lateness: Spread,
+    /// By how much two cycles are farther apart, or nearer, than the period, in real time.
+    pub jitter: Spread,
 }
 
 /// Where a match is.

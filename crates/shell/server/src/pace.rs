@@ -15,6 +15,8 @@ const WARNING_INTERVAL: Duration = Duration::from_secs(1);
 pub(crate) struct Pace {
     period: Duration,
     due: Duration,
+    /// When the last cycle was played.
+    played: Option<Duration>,
     /// Periods that were given up and not warned of yet.
     slipped: u64,
     warned_at: Option<Duration>,
@@ -23,12 +25,18 @@ pub(crate) struct Pace {
 impl Pace {
     /// Returns deadlines of which the first is one period after `now`.
     pub(crate) fn new(period: Duration, now: Duration) -> Self {
-        Self { period, due: now.saturating_add(period), slipped: 0, warned_at: None }
+        Self { period, due: now.saturating_add(period), played: None, slipped: 0, warned_at: None }
+    }
+
+    /// Returns by how much the time from the last cycle to one that is played now differs from a period; `None`: it is the first.
+    pub(crate) fn jitter(&self, now: Duration) -> Option<Duration> {
+        self.played.map(|played| now.saturating_sub(played).abs_diff(self.period))
     }
 
     /// Takes that the cycle that is due is played now. Returns how many periods were given up since the last warning,
     /// if it is time for another.
     pub(crate) fn handle_step(&mut self, now: Duration) -> Option<u64> {
+        self.played = Some(now);
         let late = now.saturating_sub(self.due);
         if late <= self.period.saturating_mul(LATE_PERIODS_MAX) {
             self.due = self.due.saturating_add(self.period);
@@ -67,6 +75,16 @@ mod tests {
         for (now, due) in [(150, 250), (260, 350), (500, 450), (500, 550), (550, 650)] {
             assert_eq!(pace.handle_step(millis(now)), None);
             assert_eq!(pace.due(), millis(due));
+        }
+    }
+
+    #[test]
+    fn jitter_is_the_difference_from_a_period() {
+        let mut pace = Pace::new(millis(100), millis(50));
+        assert_eq!(pace.jitter(millis(150)), None);
+        for (played, next, jitter) in [(150, 250, 0), (252, 349, 3), (349, 470, 21)] {
+            pace.handle_step(millis(played));
+            assert_eq!(pace.jitter(millis(next)), Some(millis(jitter)));
         }
     }
 

@@ -249,7 +249,7 @@ impl Server {
         let mut is_shutting_down = false;
         let outcome = loop {
             tokio::select! {
-                outcome = &mut opened.finished => break outcome.unwrap_or(Err(RunError::Panicked)),
+                outcome = &mut opened.finished => break outcome.unwrap_or_else(|_| Err(RunError::gone())),
                 () = &mut shutdown, if !is_shutting_down => {
                     is_shutting_down = true;
                     self.house.lobby.shut_down();

@@ -2,6 +2,7 @@
 
 mod watching;
 
+use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
@@ -158,7 +159,7 @@ impl Player for Simulation {
             Ok(Ok(Turn::Over)) => self.finish(),
             Ok(Ok(turn)) => return turn,
             Ok(Err(error)) => Err(error.into()),
-            Err(_) => Err(RunError::Panicked),
+            Err(panic) => Err(RunError::Panicked { message: message_of(panic.as_ref()) }),
         };
         if let Err(error) = &outcome {
             self.break_off(error);
@@ -175,6 +176,12 @@ impl Player for Simulation {
         }
         Turn::Over
     }
+}
+
+/// Returns the text that somebody panicked with.
+fn message_of(panic: &(dyn Any + Send)) -> String {
+    let literal = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    literal.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default()
 }
 
 impl Simulation {
@@ -357,7 +364,7 @@ impl Simulation {
             return Ok(());
         }
         if let Some(pace) = &self.pace {
-            self.metrics.lateness_seconds.record(now.saturating_sub(pace.due()));
+            self.occupancy.note_lateness(now.saturating_sub(pace.due()), pace.jitter(now));
         }
         if let Some(periods) = self.pace.as_mut().and_then(|pace| pace.handle_step(now)) {
             self.metrics.cycles_put_off.add(periods);
@@ -381,7 +388,7 @@ impl Simulation {
         }
         self.send_to_spectators();
         self.occupancy.note_waiting(self.table.waiting() + self.audience.waiting());
-        self.metrics.cycle_seconds.record(self.start.elapsed().saturating_sub(now));
+        self.occupancy.note_duration(self.start.elapsed().saturating_sub(now));
         Ok(())
     }
 

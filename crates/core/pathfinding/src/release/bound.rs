@@ -48,12 +48,30 @@ pub fn bound(ground: &Ground, group: &Group, speed: f64) -> Result<f64, PlanErro
     Ok(farthest.greater(displacement).greater(through) / speed)
 }
 
-/// How far one goes at least in the time that all need through the narrowest place; 0 where nothing is narrow.
-fn through(planner: &mut Planner<'_>, group: &Group) -> Result<f64, PlanError> {
+/// Returns how many circles of a group can pass the narrowest place on its way in a cycle, at a speed in world units a cycle: in the
+/// densest packing in rows; `None` where nothing is narrow.
+///
+/// # Errors
+/// An end without a path.
+pub fn throughput_max(ground: &Ground, group: &Group, speed: f64) -> Result<Option<f64>, PlanError> {
+    if group.starts.is_empty() {
+        return Ok(None);
+    }
+    let trunk = trunk(&mut Planner::new(ground), group)?;
+    Ok(trunk.lanes.density.map(|density| density * speed))
+}
+
+/// The way of a group, with as many lanes as fit.
+fn trunk(planner: &mut Planner<'_>, group: &Group) -> Result<Trunk, PlanError> {
     let ground = planner.ground();
     let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
     let lanes_of = |legs: &[DVec2]| Lanes::new(ground, from, legs, 2.0 * ground.radius());
-    let trunk = Trunk::new(planner, (from, to), lanes_of)?;
+    Trunk::new(planner, (from, to), lanes_of)
+}
+
+/// How far one goes at least in the time that all need through the narrowest place; 0 where nothing is narrow.
+fn through(planner: &mut Planner<'_>, group: &Group) -> Result<f64, PlanError> {
+    let trunk = trunk(planner, group)?;
     let Some(density) = trunk.lanes.density else { return Ok(0.0) };
     let (first, last) = (trunk.lanes.first(), trunk.lanes.last());
     let (mut first_in, mut last_out) = (f64::INFINITY, f64::INFINITY);

@@ -237,7 +237,7 @@ async fn play(
     arguments: &Serve,
     operators: &Operators,
     server: &Server,
-    (resumed, mut interrupt, is_kept): (Vec<Match>, Interrupt, bool),
+    (resumed, interrupt, is_kept): (Vec<Match>, Interrupt, bool),
 ) -> Result<(), Failure> {
     let mut seed = arguments.seed;
     let mut access = None;
@@ -259,10 +259,14 @@ async fn play(
         };
         let id = game.id();
         access = Some(game.access().to_vec());
-        let result = server.run(game, interrupt.wait()).await.map_err(Failure::failed)?;
+        let broken_off = to_break_off(server, id, (interrupt.clone(), is_kept));
+        let result = server.run(game, broken_off).await.map_err(Failure::failed)?;
         let Some(result) = result else {
+            if interrupt.has_come_again() && !is_kept {
+                return Err(Failure::Interrupted);
+            }
             if interrupt.has_come() {
-                return if is_kept { Ok(()) } else { Err(Failure::Interrupted) };
+                return Ok(());
             }
             if arguments.once || server.house().lobby().is_draining() {
                 return Ok(());
@@ -274,9 +278,18 @@ async fn play(
         if arguments.once || server.house().lobby().is_draining() {
             return Ok(());
         }
-        if interrupt.has_come() {
-            return Err(Failure::Interrupted);
-        }
+    }
+}
+
+/// Waits until a match is to be broken off: an interrupt lets one that has begun come to its end, if it is not kept in a journal, and a
+/// second does not.
+async fn to_break_off(server: &Server, id: Digest, (mut interrupt, is_kept): (Interrupt, bool)) {
+    interrupt.wait().await;
+    let lobby = server.house().lobby();
+    lobby.drain();
+    if !is_kept && lobby.has_begun(id) {
+        note("the match comes to its end before the server; interrupt it again to break it off");
+        interrupt.wait_again(is_kept).await;
     }
 }
 

@@ -4,6 +4,10 @@ use std::sync::Mutex;
 
 use super::*;
 
+fn spread(max: f64) -> Spread {
+    Spread { p50: max / 4.0, p99: max / 2.0, max }
+}
+
 pub(super) const MATCH: Digest = Digest(7);
 
 #[derive(Debug)]
@@ -45,6 +49,7 @@ impl Operated for Double {
             seats: 2,
             players: 1,
             spectators: 3,
+            timings_ms: MatchTimings { cycle: spread(0.5), lateness: spread(1.0), jitter: spread(1.5) },
         }]
     }
 

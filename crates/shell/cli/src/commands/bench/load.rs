@@ -7,13 +7,14 @@ mod crowd;
 mod daemon;
 mod hostile;
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context;
-use maniple_client::{Destination, Lobby};
+use maniple_client::Lobby;
 use maniple_view::{ClockMode, Digest};
 use serde::Serialize;
 use tokio::time::sleep;
@@ -50,10 +51,10 @@ struct Row {
     rss_kib_per_client: f64,
     /// By how much the memory grew while it was measured.
     rss_growth_mib: f64,
-    /// Clients other than the hostile that lost their connection.
-    disconnected: u64,
+    /// Clients other than the hostile that lost their connection, by the reason that they were told: `closed` is none.
+    disconnected: BTreeMap<&'static str, u64>,
     /// Connections that the daemon refused or closed, by reason; the hostile ones, where all goes well.
-    refused: std::collections::BTreeMap<String, u64>,
+    refused: BTreeMap<String, u64>,
 }
 
 /// What clients count.
@@ -63,7 +64,18 @@ struct Counts {
     bytes: AtomicU64,
     /// Those that have got their keyframe.
     watching: AtomicU64,
-    disconnected: AtomicU64,
+    disconnected: Mutex<BTreeMap<&'static str, u64>>,
+}
+
+impl Counts {
+    fn note_disconnected(&self, reason: &'static str) {
+        *self.disconnected().entry(reason).or_default() += 1;
+    }
+
+    fn disconnected(&self) -> MutexGuard<'_, BTreeMap<&'static str, u64>> {
+        // It is whole whoever has panicked.
+        self.disconnected.lock().unwrap_or_else(PoisonError::into_inner)
+    }
 }
 
 /// Runs `maniple bench load`.
@@ -94,8 +106,8 @@ async fn measure(arguments: &BenchLoad) -> anyhow::Result<Row> {
     }
     while counts.watching.load(Ordering::Relaxed) < arguments.clients as u64 {
         sleep(Duration::from_millis(50)).await;
-        let gone = counts.disconnected.load(Ordering::Relaxed);
-        anyhow::ensure!(gone == 0, "{gone} clients were sent away before they had seen anything");
+        let gone = counts.disconnected().clone();
+        anyhow::ensure!(gone.is_empty(), "clients were sent away before they had seen anything: {gone:?}");
     }
     note(&format!("{} spectators watch", arguments.clients));
     for number in 0..arguments.hostile {
@@ -151,7 +163,7 @@ impl Row {
             rss_mib: after.rss_kib / 1024.0,
             rss_kib_per_client: share(before.rss_kib - before_crowd.rss_kib, clients as f64),
             rss_growth_mib: (after.rss_kib - before.rss_kib) / 1024.0,
-            disconnected: counts.disconnected.load(Ordering::Relaxed),
+            disconnected: counts.disconnected().clone(),
             refused: after.refused_since(before),
         }
     }
@@ -180,16 +192,14 @@ impl Row {
             "{:.1} MiB resident, {:.1} KiB a spectator, {:+.1} MiB while it was measured",
             self.rss_mib, self.rss_kib_per_client, self.rss_growth_mib
         );
-        let _ = write!(text, "{} lost their connection", self.disconnected);
+        let _ = write!(text, "{} lost their connection", self.disconnected.values().sum::<u64>());
+        for (reason, count) in &self.disconnected {
+            let _ = write!(text, "; {reason}: {count}");
+        }
         for (reason, count) in &self.refused {
             let _ = write!(text, "; refused, {reason}: {count}");
         }
         text.push('\n');
         text
     }
-}
-
-/// Returns the way to a match.
-fn destination(address: &str, id: Digest) -> Destination {
-    Destination::of_match(address, id)
 }

@@ -39,6 +39,8 @@ struct Row {
     makespan: Option<f64>,
     /// Cycles.
     bound: Option<f64>,
+    /// Share of the most that can pass the gap in a cycle; `None` where there is no gap that all pass the same way.
+    throughput: Option<f64>,
     collisions_per_unit: Option<f64>,
     plan_us_p50: f64,
     plan_us_p99: f64,
@@ -159,7 +161,7 @@ fn percentile(times: &mut [Duration], percent: usize) -> f64 {
 
 fn header(arguments: &BenchPath) -> String {
     format!(
-        "planning in microseconds of {}; radius {}, seed {}\n{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>11} {:>11} {:>13} {:>6} {:>6} {:>9}\n",
+        "planning in microseconds of {}; radius {}, seed {}\n{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>10} {:>11} {:>11} {:>13} {:>6} {:>6} {:>9}\n",
         Stopwatch::MEASURES,
         arguments.radius,
         arguments.seed,
@@ -169,6 +171,7 @@ fn header(arguments: &BenchPath) -> String {
         "arrived",
         "makespan",
         "bound",
+        "throughput",
         "collisions",
         "us p50",
         "us p99",
@@ -184,13 +187,14 @@ fn line(row: &Row) -> String {
         value.map_or_else(|| "-".to_owned(), |value| format!("{value:.digits$}"))
     };
     format!(
-        "{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>11.1} {:>11.1} {:>13} {:>6} {:>6} {:>9}\n",
+        "{:<34} {:<10} {:>6} {:>7} {:>8} {:>8} {:>10} {:>10} {:>11.1} {:>11.1} {:>13} {:>6} {:>6} {:>9}\n",
         row.map,
         row.planner,
         row.units,
         row.arrived,
         number(row.makespan, 0),
         number(row.bound, 0),
+        number(row.throughput, 2),
         number(row.collisions_per_unit, 2),
         row.plan_us_p50,
         row.plan_us_p99,

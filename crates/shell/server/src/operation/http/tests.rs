@@ -35,7 +35,11 @@ async fn metrics_are_open_metrics_and_matches_are_json() {
     let body = said.split("\r\n\r\n").nth(1).unwrap();
     let expected = serde_json::json!([{
         "match": "0000000000000007", "scenario": "duel", "clock": "realtime", "phase": "running", "cycle": 12,
-        "seats": 2, "players": 1, "spectators": 3,
+        "seats": 2, "players": 1, "spectators": 3, "timings_ms": {
+            "cycle": { "p50": 0.125, "p99": 0.25, "max": 0.5 },
+            "lateness": { "p50": 0.25, "p99": 0.5, "max": 1.0 },
+            "jitter": { "p50": 0.375, "p99": 0.75, "max": 1.5 },
+        },
     }]);
     assert_eq!(serde_json::from_str::<serde_json::Value>(body).unwrap(), expected);
 }

@@ -1,20 +1,32 @@
 //! Those who mean well: bots that play, and spectators that watch.
 
+use std::io;
+use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::task::{Context, Poll};
 
-use maniple_bots::bot_seed;
-use maniple_client::{Client, Event, Login};
-use maniple_protocol::{ClientMessage, Encoding, PROTOCOL, Watch, encode_client};
+use maniple_bots::{Bot, Random, bot_seed};
+use maniple_client::{Client, ClientError, Event, Login};
+use maniple_protocol::{
+    ClientMessage, Encoding, PROTOCOL, ServerMessage, Watch, decode_server, encode_client,
+};
+use maniple_server::metrics::Kind;
 use maniple_view::{Digest, Vantage};
-use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::net::TcpStream;
 use tokio::task::JoinSet;
 
-use super::{Counts, destination};
+use super::Counts;
 
 /// Bytes that a spectator reads at once; there are thousands.
 const READ_SIZE: usize = 2048;
+
+/// A frame is no longer than this if it says why a connection is closed.
+const REFUSAL_SIZE_MAX: usize = 512;
+
+/// The reason of who was told none.
+const CLOSED: &str = "closed";
 
 /// Everybody who means well.
 pub(super) struct Crowd {
@@ -33,14 +45,20 @@ impl Crowd {
         // At the same time: a match lets its players in one after the other.
         for &id in ids.iter().chain(ids) {
             let login = Login { client: "load".to_owned(), player: "load".to_owned(), token: String::new() };
-            seated.spawn(Client::connect(destination(&self.address, id), login));
+            let (address, counts) = (self.address.clone(), Arc::clone(&self.counts));
+            seated.spawn(async move {
+                let stream = TcpStream::connect(address).await?;
+                stream.set_nodelay(true)?;
+                Client::over(Counted { stream, counts }, Some(id), login).await
+            });
         }
         while let Some(client) = seated.join_next().await {
             let client = client??;
             let counts = Arc::clone(&self.counts);
             tokio::spawn(async move {
-                if follow(client, &counts).await.is_err() {
-                    counts.disconnected.fetch_add(1, Ordering::Relaxed);
+                if let Err(error) = follow(client, &counts).await {
+                    let told = if let ClientError::Refused(reason) = error { reason.kind() } else { CLOSED };
+                    counts.note_disconnected(told);
                 }
             });
         }
@@ -65,15 +83,15 @@ impl Crowd {
                 counts.messages.fetch_add(frames.whole - before, Ordering::Relaxed);
                 counts.bytes.fetch_add(count as u64, Ordering::Relaxed);
             }
-            counts.disconnected.fetch_add(1, Ordering::Relaxed);
+            counts.note_disconnected(frames.reason().unwrap_or(CLOSED));
         });
         Ok(())
     }
 }
 
 /// Plays a seat; ends only with an error, or with the match.
-async fn follow(mut client: Client, counts: &Counts) -> anyhow::Result<()> {
-    let mut bot = maniple_bots::make("random", bot_seed(5, client.seat()))?;
+async fn follow(mut client: Client, counts: &Counts) -> Result<(), ClientError> {
+    let mut bot = Random::new(bot_seed(5, client.seat()));
     bot.on_start(client.seat(), client.rules(), client.terrain());
     loop {
         match client.next().await? {
@@ -101,6 +119,44 @@ pub(super) fn watch(id: Digest) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// A connection of which the bytes that come are counted.
+#[derive(Debug)]
+struct Counted {
+    stream: TcpStream,
+    counts: Arc<Counts>,
+}
+
+impl AsyncRead for Counted {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<io::Result<()>> {
+        let before = buffer.filled().len();
+        let read = Pin::new(&mut self.stream).poll_read(context, buffer);
+        self.counts.bytes.fetch_add((buffer.filled().len() - before) as u64, Ordering::Relaxed);
+        read
+    }
+}
+
+impl AsyncWrite for Counted {
+    fn poll_write(
+        mut self: Pin<&mut Self>,
+        context: &mut Context<'_>,
+        bytes: &[u8],
+    ) -> Poll<io::Result<usize>> {
+        Pin::new(&mut self.stream).poll_write(context, bytes)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(context)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(context)
+    }
+}
+
 /// Counts the frames of a stream.
 #[derive(Default)]
 struct Frames {
@@ -109,6 +165,8 @@ struct Frames {
     length: Vec<u8>,
     /// Bytes of the body that are to come.
     left: usize,
+    /// The body of the last frame, if it can be a refusal, or what has come of it.
+    short: Vec<u8>,
 }
 
 impl Frames {
@@ -117,6 +175,9 @@ impl Frames {
             if self.left > 0 {
                 let count = bytes.len().min(self.left);
                 self.left -= count;
+                if self.short.len() + self.left + count <= REFUSAL_SIZE_MAX {
+                    self.short.extend_from_slice(&bytes[..count]);
+                }
                 self.whole += u64::from(self.left == 0);
                 bytes = &bytes[count..];
                 continue;
@@ -126,7 +187,16 @@ impl Frames {
             if let Ok(length) = <[u8; 4]>::try_from(&self.length[..]) {
                 self.left = u32::from_le_bytes(length) as usize;
                 self.length.clear();
+                self.short.clear();
             }
+        }
+    }
+
+    /// Returns why the connection was closed, if the last frame says so.
+    fn reason(&self) -> Option<&'static str> {
+        match decode_server(Encoding::Binary, &self.short) {
+            Ok(ServerMessage::Refused { reason }) => Some(reason.kind()),
+            Ok(_) | Err(_) => None,
         }
     }
 }

@@ -4,7 +4,9 @@ use std::time::Duration;
 
 use glam::DVec2;
 use maniple_geometry::Circle;
-use maniple_pathfinding::{Controller, Group, Request, Scene as View, Tactic, bound, release};
+use maniple_pathfinding::{
+    Controller, Group, Request, Scene as View, Tactic, bound, release, throughput_max,
+};
 
 use crate::commands::bench::path::scene::Scene;
 use crate::commands::bench::path::stopwatch::Stopwatch;
@@ -56,6 +58,9 @@ pub(super) fn measure(leading: Leading, scene: &Scene) -> Result<Row, Failure> {
     for (unit, &start) in (0..).zip(starts) {
         walk.insert(unit, start)?;
     }
+    if let Some(height) = scene.gap {
+        walk.watch(height, scene.groups.iter().map(|group| group.starts.len()).sum());
+    }
     let cycles_max = BOUNDS_MAX * bound + CYCLES_MORE;
     let mut walked = match leading {
         Leading::Release => released(&mut walk, scene)?,
@@ -74,6 +79,8 @@ pub(super) fn measure(leading: Leading, scene: &Scene) -> Result<Row, Failure> {
     let units = unit as usize;
     let whole: f64 = walked.times.iter().map(Duration::as_secs_f64).sum();
     let is_whole = arrived == units;
+    let limit = throughput_max(&scene.ground, &scene.groups[0], SPEED).map_err(Failure::bad_input)?;
+    let throughput = walk.throughput().zip(limit).map(|(throughput, limit)| throughput / limit);
     Ok(Row {
         map: scene.name.clone(),
         planner: leading.name(),
@@ -81,6 +88,7 @@ pub(super) fn measure(leading: Leading, scene: &Scene) -> Result<Row, Failure> {
         arrived,
         makespan: is_whole.then_some(walked.makespan),
         bound: Some(bound),
+        throughput,
         collisions_per_unit: Some(walk.collisions as f64 / units as f64),
         plan_us_per_unit_cycle: Some(1e6 * whole / (units as f64 * walked.makespan.max(1.0))),
         plan_us_p50: percentile(&mut walked.times, 50),

@@ -76,6 +76,7 @@ pub(super) fn measure(way: InStep, case: &Case, units: usize, arguments: &BenchP
         arrived,
         makespan,
         bound: Some(cycles(instance.makespan_min())),
+        throughput: None,
         collisions_per_unit: planned.plan.as_ref().map(|_| walk.collisions as f64 / units as f64),
         plan_us_per_unit_cycle: makespan.as_ref().map(per_unit_cycle),
         plan_us_p50: percentile(&mut planned.times, 50),

@@ -1,5 +1,7 @@
 //! Scenes for groups of units that go anywhere, not in step.
 
+use std::collections::BTreeSet;
+
 use anyhow::anyhow;
 use glam::DVec2;
 use maniple_pathfinding::{Goals, Ground, Group};
@@ -26,6 +28,8 @@ pub(super) struct Scene {
     pub(super) map: TileMap,
     pub(super) ground: Ground,
     pub(super) groups: Vec<Group>,
+    /// The height of the middle of a gap that all pass downwards, if there is one.
+    pub(super) gap: Option<f64>,
 }
 
 /// Returns the scenes for so many units: those that are made for it, or, on a map that is named, a group that crosses it.
@@ -55,8 +59,9 @@ fn open(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Failu
 
 fn gap(width: usize, (side, units): (usize, usize), arguments: &BenchPath) -> Result<Scene, Failure> {
     let (map, above, below) = rooms(width, (side, side))?;
+    let gap = Some(0.5 * (above.y + below.y));
     let groups = vec![group(units, (side, above), (side, below))];
-    scene(&format!("gap {width}"), map, groups, arguments)
+    Ok(Scene { gap, ..scene(&format!("gap {width}"), map, groups, arguments)? })
 }
 
 /// Two groups of half the units that meet at a gap of two tiles.
@@ -85,23 +90,44 @@ fn corners(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Fa
     scene("corners", map(size, size, |_, _| true)?, groups, arguments)
 }
 
-/// A group that crosses a map: from the middles of tiles that are nearest to its upper left to those that are nearest to the lower
-/// right, in the region of these.
+/// A group that crosses a map, in its largest region: from around the middle of a tile that is nearest to its upper left to around that
+/// which is nearest to the lower right.
 fn across((name, map): (String, TileMap), units: usize, arguments: &BenchPath) -> Result<Scene, Failure> {
     let ground = ground(&map, arguments)?;
     let regions = maniple_tilemap::regions(&map);
     let tiles = (0..map.height()).flat_map(|y| (0..map.width()).map(move |x| (x, y)));
-    let middles = tiles.filter(|&(x, y)| regions.largest() == regions.label(x, y));
-    let middles = middles.map(|(x, y)| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-    let mut points: Vec<DVec2> = middles.filter(|&point| ground.holds(point)).collect();
-    if points.len() < 2 * units {
+    let has_room =
+        |&(x, y): &(u32, u32)| regions.largest() == regions.label(x, y) && ground.holds(middle_of(x, y));
+    let with_room: BTreeSet<(u32, u32)> = tiles.filter(has_room).collect();
+    let by_corner = |&&(x, y): &&(u32, u32)| (x + y, x);
+    let (first, last) = (with_room.iter().min_by_key(by_corner), with_room.iter().max_by_key(by_corner));
+    let (starts, goals) = (around(&with_room, first, units), around(&with_room, last, units));
+    if starts.len() < units || goals.len() < units || starts.iter().any(|start| goals.contains(start)) {
         return Err(Failure::usage(format!("--units {units}: {name} has no room for so many")));
     }
-    points.sort_by(|a, b| (a.x + a.y).total_cmp(&(b.x + b.y)).then(a.x.total_cmp(&b.x)));
-    let goals = points.split_off(points.len() - units);
-    points.truncate(units);
-    let groups = vec![Group { starts: points, goals, whose: Goals::Interchangeable }];
-    Ok(Scene { name, map, ground, groups })
+    let groups = vec![Group { starts, goals, whose: Goals::Interchangeable }];
+    Ok(Scene { name, map, ground, groups, gap: None })
+}
+
+/// The middles of so many tiles that are reached first from one of them, or of all that are reached.
+fn around(tiles: &BTreeSet<(u32, u32)>, first: Option<&(u32, u32)>, count: usize) -> Vec<DVec2> {
+    let mut found: Vec<(u32, u32)> = first.copied().into_iter().collect();
+    let mut is_found: BTreeSet<(u32, u32)> = found.iter().copied().collect();
+    let mut next = 0;
+    while let Some(&(x, y)) = found.get(next).filter(|_| found.len() < count) {
+        next += 1;
+        for tile in [(x + 1, y), (x.wrapping_sub(1), y), (x, y + 1), (x, y.wrapping_sub(1))] {
+            if tiles.contains(&tile) && is_found.insert(tile) {
+                found.push(tile);
+            }
+        }
+    }
+    found.truncate(count);
+    found.into_iter().map(|(x, y)| middle_of(x, y)).collect()
+}
+
+fn middle_of(x: u32, y: u32) -> DVec2 {
+    DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
 }
 
 /// A room above and one below a wall with a gap, for groups so many columns wide and rows deep, and the middles of both rooms.
@@ -148,7 +174,7 @@ fn scene(name: &str, map: TileMap, groups: Vec<Group>, arguments: &BenchPath) ->
     if !groups.iter().all(holds) {
         return Err(Failure::bad_input(anyhow!("--radius: the units of {name} have no room")));
     }
-    Ok(Scene { name: name.to_owned(), map, ground, groups })
+    Ok(Scene { name: name.to_owned(), map, ground, groups, gap: None })
 }
 
 fn ground(map: &TileMap, arguments: &BenchPath) -> Result<Ground, Failure> {

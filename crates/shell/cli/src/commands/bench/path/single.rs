@@ -41,6 +41,7 @@ pub(super) fn measure(case: &Case, units: usize) -> Result<Row, Failure> {
         arrived,
         makespan: None,
         bound: None,
+        throughput: None,
         collisions_per_unit: Some(walk.collisions as f64 / units as f64),
         plan_us_p50: percentile(&mut times, 50),
         plan_us_p99: percentile(&mut times, 99),

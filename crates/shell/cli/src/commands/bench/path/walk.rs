@@ -18,6 +18,16 @@ pub(super) struct Walk {
     radius: f64,
     /// How often somebody was stopped by an object or a wall.
     pub(super) collisions: u64,
+    gate: Option<Gate>,
+}
+
+/// A line across which units go downwards.
+struct Gate {
+    height: f64,
+    /// Those who have not passed.
+    waiting: Vec<u32>,
+    /// When the others did, in cycles since the beginning, nearly.
+    passed: Vec<f64>,
 }
 
 impl Walk {
@@ -29,7 +39,20 @@ impl Walk {
         let walls: Vec<Wall> = map.segments().into_iter().map(wall).collect();
         let world =
             World::new(limits, Stops::Both, &walls).context("the walls").map_err(Failure::BadInput)?;
-        Ok(Self { world, radius, collisions: 0 })
+        Ok(Self { world, radius, collisions: 0, gate: None })
+    }
+
+    /// Notes from now on when the first so many units pass a height downwards.
+    pub(super) fn watch(&mut self, height: f64, units: usize) {
+        let waiting = (0..).take(units).collect();
+        self.gate = Some(Gate { height, waiting, passed: Vec::new() });
+    }
+
+    /// Returns how many units a cycle have passed what is watched, from the first to the last; `None` where not all have, or nothing is watched.
+    pub(super) fn throughput(&self) -> Option<f64> {
+        let Gate { waiting, passed, .. } = self.gate.as_ref()?;
+        let (first, last) = (passed.first()?, passed.last()?);
+        (waiting.is_empty() && last > first).then(|| (passed.len() - 1) as f64 / (last - first))
     }
 
     /// Puts a unit into the world.
@@ -107,7 +130,24 @@ impl Walk {
         };
         let events = self.world.step();
         self.collisions += events.iter().filter(|event| is_collision(event.kind)).count() as u64;
-        events.last().map(|event| f64::from(event.cycle.0) + event.time)
+        let last = events.last().map(|event| f64::from(event.cycle.0) + event.time);
+        self.watch_gate();
+        last
+    }
+
+    fn watch_gate(&mut self) {
+        let Some(gate) = &mut self.gate else { return };
+        let now = f64::from(self.world.cycle().0);
+        let Gate { height, waiting, passed } = gate;
+        let begun = passed.len();
+        waiting.retain(|&unit| {
+            let beyond = self.world.circle(ObjectId(unit)).map_or(0.0, |circle| circle.center.y - *height);
+            if beyond > 0.0 {
+                passed.push(now - beyond / SPEED);
+            }
+            beyond <= 0.0
+        });
+        passed[begun..].sort_by(f64::total_cmp);
     }
 
     pub(super) fn is_at(&self, unit: u32, point: DVec2) -> bool {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use super::JsonFlag;
+use crate::output::JsonFlag;
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchLoad {

@@ -13,6 +13,8 @@ Columns, the same in the table and as JSON; what a planner does not have is - or
   arrived              units that are exactly at their goals at the end; for single, paths that were walked without a collision
   makespan             cycles until the last of all that move arrives, at 0.2 tiles a cycle
   bound                what the makespan cannot be below: the longest way of one alone
+  throughput           units a cycle that pass the gap, from the first to the last, as a share of the most that can: in the densest
+                       packing of circles in rows; for groups at a gap alone
   collisions_per_unit  collisions in the kinematics, by the number of units
   plan_us_p50, plan_us_p99
                        planning in microseconds of processor time: single, for a path; pibt, for a step of all; others, for the whole plan
@@ -56,16 +58,16 @@ pub(crate) struct BenchPath {
     )]
     pub(crate) units: Vec<u32>,
     /// The radius of the units, in tiles
-    #[arg(long, value_name = "R", default_value_t = 0.35, value_parser = super::positive)]
+    #[arg(long, value_name = "R", default_value_t = 0.35, value_parser = crate::arguments::positive)]
     pub(crate) radius: f64,
     /// The seed of random starts and goals, and of ties
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
     /// How long a plan may take, in seconds of processor time; who has none by then has arrived nowhere
-    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = super::positive)]
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = crate::arguments::positive)]
     pub(crate) seconds: f64,
     /// How long refined makes a plan better, in seconds of processor time
-    #[arg(long, value_name = "S", default_value_t = 6.0, value_parser = super::positive)]
+    #[arg(long, value_name = "S", default_value_t = 6.0, value_parser = crate::arguments::positive)]
     pub(crate) refine: f64,
     #[command(flatten)]
     pub(crate) json: JsonFlag,
