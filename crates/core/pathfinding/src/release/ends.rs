@@ -88,11 +88,11 @@ impl Adding {
         }
         let ground = planner.ground();
         let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
-        let lanes_of = |legs: &[DVec2]| {
+        let lanes_of = |path: &[DVec2]| {
             if circles == 1 {
                 return Lanes::none();
             }
-            Lanes::new(ground, from, legs, 2.0 * ground.radius() + MARGIN).without(fewer_lanes)
+            Lanes::new(ground, group, path, 2.0 * ground.radius() + MARGIN).without(fewer_lanes)
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
         Ok(Some(Self {
