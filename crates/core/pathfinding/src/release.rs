@@ -19,6 +19,8 @@ mod trajectory;
 mod trunk;
 
 pub(crate) use assign::{by_cost, by_distance};
+pub(crate) use lanes::last_narrow_place;
+
 pub use bound::bound;
 pub use error::ReleaseError;
 pub use releasing::Releasing;

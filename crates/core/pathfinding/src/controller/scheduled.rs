@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::{Circle, Scalar, Segment};
 
 use super::Progress;
-use super::scene::{GRACE, LEAD, LEGS_MAX, Order, Scene, Seen, is_there};
+use super::scene::{GRACE, LEAD, LEGS_MAX, Line, Order, Scene, Seen, is_there};
 use super::teams::{Team, Teams};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::{Planner, length};
@@ -104,14 +104,16 @@ pub(crate) struct Scheduled {
 }
 
 impl Scheduled {
-    pub(crate) fn new(teams: Teams, speed: f64, repeats: u32) -> Self {
+    pub(crate) fn new(teams: Teams, speed: f64, line: Line) -> Self {
         let Teams { goals, teams } = teams;
+        // One group has nobody to meet: it can go in parts as well as at once, and with fewer orders than in step.
+        let partly = if teams.len() == 1 { Partly::Allowed } else { Partly::Never };
         Self {
             goals,
             teams,
             speed,
-            partly: Partly::Never,
-            repeats,
+            partly,
+            repeats: line.repeats(),
             again: Vec::new(),
             planning: None,
             allowance: 0,

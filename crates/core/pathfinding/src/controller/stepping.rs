@@ -4,7 +4,7 @@ use maniple_geometry::{Circle, Segment};
 
 use super::lattice::{Lattice, StepError, Survey};
 use super::passage::Passage;
-use super::scene::{GRACE, Order, Scene};
+use super::scene::{GRACE, Line, Order, Scene};
 use super::scheduled::Scheduled;
 use super::teams::Teams;
 use super::walkers::{Astray, Walkers};
@@ -35,7 +35,7 @@ pub(crate) enum Verdict {
 pub(crate) struct Stepping {
     teams: Teams,
     speed: f64,
-    repeats: u32,
+    line: Line,
     stage: Stage,
     /// Who was in the way when it was looked at last.
     others: Vec<Circle>,
@@ -77,8 +77,8 @@ enum Search {
 }
 
 impl Stepping {
-    pub(crate) fn new(teams: Teams, speed: f64, repeats: u32) -> Self {
-        Self { teams, speed, repeats, stage: Stage::Halting { since: 0 }, others: Vec::new() }
+    pub(crate) fn new(teams: Teams, speed: f64, line: Line) -> Self {
+        Self { teams, speed, line, stage: Stage::Halting { since: 0 }, others: Vec::new() }
     }
 
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
@@ -129,8 +129,9 @@ impl Stepping {
 
     fn enter(&mut self, lattice: Lattice) {
         let points = lattice.starts.iter().map(|&place| lattice.board.point(place)).collect();
-        let scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.repeats).partly();
-        self.stage = Stage::Entering(Box::new(scheduled), Box::new(Walking::new(lattice, self.speed)));
+        let scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.line).partly();
+        self.stage =
+            Stage::Entering(Box::new(scheduled), Box::new(Walking::new(lattice, self.speed, self.line)));
     }
 
     fn walk(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
@@ -157,7 +158,7 @@ impl Stepping {
             goal.map_or(lattice.board.point(lattice.ends[unit]), |goal| self.teams.goals[goal])
         };
         let points = lattice.goals.iter().enumerate().map(end).collect();
-        let mut scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.repeats).partly();
+        let mut scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.line).partly();
         let goals = lattice.goals.clone();
         let orders = scheduled.advance(ground, scene, work);
         self.stage = Stage::Leaving(Box::new(scheduled), goals);
@@ -166,12 +167,12 @@ impl Stepping {
 }
 
 impl Walking {
-    fn new(lattice: Lattice, speed: f64) -> Self {
+    fn new(lattice: Lattice, speed: f64, line: Line) -> Self {
         let from = lattice.starts.clone();
         let tree = Box::new(Tree::new(lattice.problem(&from), Rings::Avoided, SEED));
         Self {
             passage: Passage::new(lattice.board.len(), &from),
-            walkers: Walkers::new(from.len(), lattice.board.pitch(), speed),
+            walkers: Walkers::new(from.len(), (lattice.board.pitch(), speed), line),
             search: Search::Open { from, tree, steps: STEPS_MIN },
             lattice,
         }

@@ -126,6 +126,12 @@ impl Lanes {
     }
 }
 
+/// Returns where a path leaves the last of its narrowest places; `None` where nothing is narrow.
+pub(crate) fn last_narrow_place(ground: &Ground, from: DVec2, legs: &[DVec2]) -> Option<DVec2> {
+    let lanes = Lanes::new(ground, from, legs, 2.0 * ground.radius());
+    lanes.last().map(|cut| 0.5 * (cut.left + cut.right))
+}
+
 /// How many lanes side by side let most circles through a cut of a width, and how many circles a world unit of way these are.
 ///
 /// With `k` lanes their distance is `h = width / (k - 1)`. Circles in one lane are `reach` apart; those in neighbouring lanes
