@@ -213,16 +213,22 @@ impl Scheduled {
         }
     }
 
-    /// Takes in who has arrived and who has fallen out of its plan, and returns how many these are.
+    /// Takes in who has arrived, and returns how many have fallen out of their plans, or were moved away from where they had arrived.
     fn look(&mut self, scene: &Scene<'_>) -> usize {
         let now = f64::from(scene.cycle);
         let grace = f64::from(GRACE);
         let mut dropped = 0;
         for (state, seen) in self.states.iter_mut().zip(scene.units) {
-            let State::Planned(plan) = state else { continue };
             if seen.is_moving {
                 continue;
             }
+            if let State::Arrived(goal) = state
+                && !is_there(seen.position, self.goals[*goal])
+            {
+                *state = State::Idle { since: scene.cycle };
+                dropped += 1;
+            }
+            let State::Planned(plan) = state else { continue };
             let goal = self.goals[plan.goal];
             if is_there(seen.position, goal) && now >= plan.arrival - grace {
                 *state = State::Arrived(plan.goal);

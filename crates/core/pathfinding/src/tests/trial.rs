@@ -136,7 +136,8 @@ impl Trial<'_> {
             outcome.collisions += events.iter().filter(|event| collided(event.kind)).count();
             outcome.progress = (0..units as usize).map(|unit| controller.progress(unit)).collect();
             outcome.cycles = cycle;
-            if outcome.progress.iter().all(|&progress| progress == Progress::Arrived) {
+            let have_arrived = outcome.progress.iter().all(|&progress| progress == Progress::Arrived);
+            if have_arrived && controller.stages_left() == 0 {
                 break;
             }
         }
