@@ -89,7 +89,7 @@ impl Formation {
                 places.extend(
                     (1..=arms).flat_map(|arm| [(-(arm as f64), arm as f64), (arm as f64, arm as f64)]),
                 );
-                let is_even = count > 1 && count % 2 == 0;
+                let is_even = count > 1 && count.is_multiple_of(2);
                 places.extend(is_even.then_some((0.0, arms.max(1) as f64)));
                 places
             }

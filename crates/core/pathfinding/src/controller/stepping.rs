@@ -18,7 +18,10 @@ const SEED: u64 = 1;
 /// Steps that are taken one by one while there is no plan: at first and at most. Each time that there is none behind them, they
 /// are twice as many.
 const STEPS_MIN: u32 = 8;
-const STEPS_MAX: u32 = 1 << 11;
+const STEPS_MAX: u32 = 1 << 8;
+
+/// Most places that a search remembers, one for each agent and configuration: with their priorities 200 MB.
+const TRIED_MAX: u64 = 1 << 24;
 
 /// What came of a cycle.
 pub(crate) enum Verdict {
@@ -207,7 +210,7 @@ impl Walking {
         }
         let Search::Open { from, tree, .. } = &mut self.search else { return };
         let mut outcome = None;
-        while outcome.is_none() && work.is_left() {
+        while outcome.is_none() && work.is_left() && tree.expanded() * agents < TRIED_MAX {
             outcome = tree.advance(self.lattice.problem(from), 1);
             work.add(agents);
         }

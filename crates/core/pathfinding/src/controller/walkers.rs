@@ -13,6 +13,14 @@ const SLACK: f64 = 1e-9;
 /// How far from where it is expected a unit may rest, in world units: what rounding on the wire may take, twice.
 const AT: f64 = 2.0 * THERE;
 
+/// A walk without a stop, between two places of a way by their indices, and when it starts, in cycles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Run {
+    from: usize,
+    to: usize,
+    start: f64,
+}
+
 /// What a unit is known to do. Indices are those of the places of its way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Walker {
@@ -83,41 +91,41 @@ impl Walkers {
     /// Returns the orders of a cycle: for those who rest, and for those who would come to rest before another order can reach
     /// them.
     pub(crate) fn orders(&mut self, (board, passage): (&Board, &Passage), cycle: u32) -> Vec<Order> {
-        let mut given = vec![None; self.walkers.len()];
+        let mut given: Vec<Option<Run>> = vec![None; self.walkers.len()];
         // How far one is told to go may let another go farther, who is told in the same cycle.
         loop {
             let mut has_changed = false;
-            for unit in 0..self.walkers.len() {
+            for (unit, given) in given.iter_mut().enumerate() {
                 let way = Way { passage, unit, step: self.step };
-                let told = self.told(way, f64::from(cycle + LEAD), given[unit].is_some());
-                if let Some((walker, order)) = told {
+                if let Some((walker, run)) = self.told(way, f64::from(cycle + LEAD), given.is_some()) {
                     has_changed = true;
                     self.walkers[unit] = walker;
-                    given[unit] = Some(order);
+                    *given = Some(run);
                 }
             }
             if !has_changed {
                 break;
             }
         }
-        let all = given.into_iter().enumerate();
-        let all = all.filter_map(|(unit, given)| given.map(|given| (unit, given)));
-        all.map(|(unit, (run, start))| Way { passage, unit, step: self.step }.order(board, run, start))
-            .collect()
+        let order = |(unit, run): (usize, Option<Run>)| {
+            let way = Way { passage, unit, step: self.step };
+            run.map(|run| way.order(board, run))
+        };
+        given.into_iter().enumerate().filter_map(order).collect()
     }
 
-    /// What a unit does if it is told to go, or to go farther than it was told in this cycle, and between which places and from
-    /// when on it goes; `None` where there is nothing to tell.
-    fn told(&self, way: Way<'_>, earliest: f64, is_told: bool) -> Option<(Walker, ((usize, usize), f64))> {
+    /// What a unit does if it is told to go, or to go farther than it was told in this cycle, and what it is told; `None` where there is
+    /// nothing to tell.
+    fn told(&self, way: Way<'_>, earliest: f64, is_told: bool) -> Option<(Walker, Run)> {
         let leaving = |(unit, index): Departure| self.walkers[unit].leaving(index, (self.step, self.line));
         match self.walkers[way.unit] {
             Walker::Resting { at } => {
-                let (start, to) = way.from_rest(at, earliest, leaving)?;
-                Some((Walker::Ordered { from: at, to, start }, ((at, to), start)))
+                let (start, to) = way.first_run(at, earliest, leaving)?;
+                Some((Walker::Ordered { from: at, to, start }, Run { from: at, to, start }))
             }
             Walker::Ordered { from, to, start } if is_told => {
-                let farther = way.onward((from, to), start, leaving)?;
-                Some((Walker::Ordered { from, to: farther, start }, ((from, farther), start)))
+                let to = way.onward((from, to), start, leaving)?;
+                Some((Walker::Ordered { from, to, start }, Run { from, to, start }))
             }
             Walker::Going { from, to, start, onward } if is_told || onward.is_none() => {
                 let arrival = start + self.step * (to - from) as f64;
@@ -125,7 +133,8 @@ impl Walkers {
                     return None;
                 }
                 let end = way.onward((to, onward.unwrap_or(to)), arrival, leaving)?;
-                Some((Walker::Going { from, to, start, onward: Some(end) }, ((to, end), arrival)))
+                let going = Walker::Going { from, to, start, onward: Some(end) };
+                Some((going, Run { from: to, to: end, start: arrival }))
             }
             Walker::Ordered { .. } | Walker::Going { .. } => None,
         }
@@ -219,7 +228,7 @@ struct Way<'a> {
 
 impl Way<'_> {
     /// When a unit that rests can start, and how far it gets without a stop; `None` where that is not known.
-    fn from_rest(
+    fn first_run(
         &self,
         at: usize,
         earliest: f64,
@@ -265,7 +274,7 @@ impl Way<'_> {
         (to > sure).then_some(to)
     }
 
-    fn order(&self, board: &Board, (from, to): (usize, usize), start: f64) -> Order {
+    fn order(&self, board: &Board, Run { from, to, start }: Run) -> Order {
         let points: Vec<DVec2> =
             self.passage.way(self.unit)[from..=to].iter().map(|&place| board.point(place)).collect();
         let mut legs = Vec::new();

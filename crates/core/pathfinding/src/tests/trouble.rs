@@ -101,3 +101,15 @@ fn who_is_bumped_at_random_arrives_in_bounded_time() {
     let (map, groups) = corners(20);
     check("corners", &Trial::of_groups(&map, Tactic::Auto, groups), 20, 30);
 }
+
+#[test]
+fn who_comes_to_rest_on_the_lattice_is_gone_around() {
+    let (map, groups) = corners(20);
+    let middle = DVec2::splat(0.5 * f64::from(map.width()));
+    let stones = [(-1.5, 40..9999), (0.5, 60..200), (2.5, 80..9999)];
+    let stones = stones.map(|(x, cycles)| (Circle::new(middle + DVec2::new(x, 0.5), 0.9), cycles)).to_vec();
+    let Outcome { arrived, collisions, orders, cycles, .. } =
+        Trial { stones, ..Trial::of_groups(&map, Tactic::Auto, groups) }.run(3000);
+    println!("stones: {arrived} arrived, {collisions} collisions, {orders} orders, {cycles} cycles");
+    assert_eq!((arrived, collisions), (20, 0));
+}
