@@ -16,7 +16,7 @@ mod teams;
 mod walkers;
 
 pub use lattice::StepError;
-pub use scene::{Order, Scene, Seen};
+pub use scene::{Line, Order, Scene, Seen};
 pub use tactic::{Tactic, UnknownTactic};
 
 use std::ops::Range;
@@ -53,6 +53,8 @@ pub enum Progress {
 pub struct Controller {
     /// Who leads which units.
     minds: Vec<(Range<usize>, Mind)>,
+    /// The stages behind the one that is under way.
+    later: Vec<Vec<(Range<usize>, Mind)>>,
     /// Looks a cycle.
     budget: u64,
     /// Looks in the last cycle.
@@ -70,10 +72,7 @@ impl Controller {
     /// Returns a controller that leads units to goals; which to which it chooses itself. Speeds are in world units a cycle.
     #[must_use]
     pub fn new(tactic: Tactic, goals: Vec<DVec2>, speed: f64) -> Self {
-        let mind = match tactic {
-            Tactic::Alone | Tactic::Replan | Tactic::Follow => Mind::single(tactic, goals),
-            Tactic::Auto => Mind::Auto(Box::new(Auto::new(Teams::one(goals), speed))),
-        };
+        let mind = Mind::single(tactic, goals, speed);
         Self::of_minds(vec![(0..usize::MAX, mind)])
     }
 
@@ -90,13 +89,33 @@ impl Controller {
         let mind = |group: &Group| {
             let units = first..first + group.starts.len();
             first = units.end;
-            (units, Mind::single(tactic, group.goals.clone()))
+            (units, Mind::single(tactic, group.goals.clone(), speed))
         };
         Self::of_minds(groups.iter().map(mind).collect())
     }
 
     fn of_minds(minds: Vec<(Range<usize>, Mind)>) -> Self {
-        Self { minds, budget: LOOKS_A_CYCLE, looks: 0 }
+        Self { minds, later: Vec::new(), budget: LOOKS_A_CYCLE, looks: 0 }
+    }
+
+    /// Returns a controller that leads units to the goals of one stage after the other: to those of the next when all have arrived, or
+    /// cannot.
+    ///
+    /// # Panics
+    /// Without a stage.
+    #[must_use]
+    pub fn by_stages(tactic: Tactic, stages: Vec<Vec<DVec2>>, speed: f64) -> Self {
+        let all = stages.into_iter().map(|goals| Self::new(tactic, goals, speed));
+        let mut minds: Vec<_> = all.map(|controller| controller.minds).collect();
+        let first = minds.remove(0);
+        minds.reverse();
+        Self { later: minds, ..Self::of_minds(first) }
+    }
+
+    /// Returns how many stages lie behind the one that is under way.
+    #[must_use]
+    pub fn stages_left(&self) -> usize {
+        self.later.len()
     }
 
     /// Returns the same that does other than 2^18 looks a cycle when it plans: what that leaves undone is done in the cycles after it. A
@@ -107,24 +126,25 @@ impl Controller {
         Self { budget: looks.max(1), ..self }
     }
 
-    /// Returns the same for a line that loses orders: those that name a departure are given so many times again before it, a cycle
-    /// later each, and schedules begin so much later. Only [`Tactic::Auto`] names departures. To be called before the first cycle.
+    /// Returns the same for another line than [`Line::Sure`]. To be called before the first cycle.
     #[must_use]
-    pub fn repeating(self, times: u32) -> Self {
-        let again = |(units, mind)| {
-            let mind = match mind {
-                Mind::Auto(auto) => Mind::Auto(Box::new(auto.repeating(times))),
-                Mind::Reacting(_) | Mind::Following(_) => mind,
-            };
-            (units, mind)
+    pub fn over(self, line: Line) -> Self {
+        let over = |(units, mind)| match mind {
+            Mind::Auto(auto) => (units, Mind::Auto(Box::new(auto.over(line)))),
+            Mind::Reacting(_) | Mind::Following(_) => (units, mind),
         };
-        Self { minds: self.minds.into_iter().map(again).collect(), ..self }
+        let all = |minds: Vec<_>| -> Vec<_> { minds.into_iter().map(over).collect() };
+        Self { minds: all(self.minds), later: self.later.into_iter().map(all).collect(), ..self }
     }
 
     /// Returns the orders for a cycle; at most one for each unit.
     ///
     /// The number of units must not change from one call to the next.
     pub fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+        let is_done = |unit| matches!(self.progress(unit), Progress::Arrived | Progress::Unreachable);
+        if !self.later.is_empty() && (0..scene.units.len()).all(is_done) {
+            self.minds = self.later.pop().unwrap_or_default();
+        }
         let mut work = Work::new(self.budget);
         let orders = self.lead(ground, scene, &mut work);
         self.looks = work.done();
@@ -180,12 +200,13 @@ impl Controller {
 }
 
 impl Mind {
-    /// The mind of a tactic that knows of no other group.
-    fn single(tactic: Tactic, goals: Vec<DVec2>) -> Self {
+    /// The mind of a tactic for one group that knows of no other.
+    fn single(tactic: Tactic, goals: Vec<DVec2>, speed: f64) -> Self {
         match tactic {
+            Tactic::Alone => Self::Reacting(Reacting::alone(goals)),
             Tactic::Replan => Self::Reacting(Reacting::around(goals)),
             Tactic::Follow => Self::Following(Following::new(goals)),
-            Tactic::Alone | Tactic::Auto => Self::Reacting(Reacting::alone(goals)),
+            Tactic::Auto => Self::Auto(Box::new(Auto::new(Teams::one(goals), speed))),
         }
     }
 

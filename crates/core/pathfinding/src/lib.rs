@@ -8,6 +8,7 @@ mod bits;
 mod controller;
 mod error;
 mod field;
+mod formation;
 mod ground;
 pub mod in_step;
 mod jump;
@@ -22,9 +23,10 @@ mod walls;
 mod work;
 
 pub use around::{Crowd, Detours};
-pub use controller::{Controller, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
+pub use controller::{Controller, Line, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
+pub use formation::{Formation, FormationError};
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
 pub use release::{

@@ -18,7 +18,9 @@ mod traffic;
 mod trajectory;
 mod trunk;
 
-pub(crate) use assign::{by_cost, by_distance};
+pub(crate) use assign::{Assignment, by_distance};
+pub(crate) use lanes::last_narrow_place;
+
 pub use bound::{bound, throughput_max};
 pub use error::ReleaseError;
 pub use releasing::Releasing;

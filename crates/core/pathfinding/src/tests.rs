@@ -3,11 +3,13 @@
 mod controller;
 mod crowds;
 mod errors;
+mod formations;
 mod optimum;
 pub(crate) mod real;
 mod release;
 mod search;
 mod trial;
+mod trouble;
 mod twins;
 mod walk;
 

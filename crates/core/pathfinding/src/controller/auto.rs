@@ -2,7 +2,7 @@
 
 use super::Progress;
 use super::lattice::StepError;
-use super::scene::{Order, Scene};
+use super::scene::{Line, Order, Scene};
 use super::scheduled::Scheduled;
 use super::stepping::{Stepping, Verdict};
 use super::teams::Teams;
@@ -18,7 +18,7 @@ const RETRY_MAX: u32 = 256;
 pub(crate) struct Auto {
     teams: Teams,
     speed: f64,
-    repeats: u32,
+    line: Line,
     scheduled: Scheduled,
     /// While units are led in step.
     stepping: Option<Box<Stepping>>,
@@ -32,10 +32,10 @@ pub(crate) struct Auto {
 impl Auto {
     pub(crate) fn new(teams: Teams, speed: f64) -> Self {
         Self {
-            scheduled: Scheduled::new(teams.clone(), speed, 0),
+            scheduled: Scheduled::new(teams.clone(), speed, Line::Sure),
             teams,
             speed,
-            repeats: 0,
+            line: Line::Sure,
             stepping: None,
             error: None,
             next: 0,
@@ -43,9 +43,10 @@ impl Auto {
         }
     }
 
-    /// Returns the same that gives the orders of schedules so often again.
-    pub(crate) fn repeating(self, repeats: u32) -> Self {
-        Self { scheduled: Scheduled::new(self.teams.clone(), self.speed, repeats), repeats, ..self }
+    /// Returns the same for a line.
+    pub(crate) fn over(self, line: Line) -> Self {
+        let scheduled = Scheduled::new(self.teams.clone(), self.speed, line);
+        Self { scheduled, line, ..self }
     }
 
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
@@ -54,7 +55,7 @@ impl Auto {
             if !self.scheduled.is_stuck() || scene.cycle < self.next {
                 return orders;
             }
-            self.stepping = Some(Box::new(Stepping::new(self.teams.clone(), self.speed, self.repeats)));
+            self.stepping = Some(Box::new(Stepping::new(self.teams.clone(), self.speed, self.line)));
         }
         let Some(stepping) = &mut self.stepping else { return Vec::new() };
         match stepping.advance(ground, scene, work) {

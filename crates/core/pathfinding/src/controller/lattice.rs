@@ -7,7 +7,7 @@ use thiserror::Error;
 use super::teams::{Team, Teams};
 use crate::ground::Ground;
 use crate::in_step::{Board, Distances, FAR, Place, Problem, Raster};
-use crate::release::{Goals, by_cost};
+use crate::release::{Assignment, Goals};
 use crate::work::Work;
 
 /// How far from a point its place may be, in columns and rows: at first and at most. Each attempt doubles it.
@@ -74,9 +74,34 @@ pub(crate) struct Survey {
 #[derive(Clone, Debug)]
 struct Draft {
     board: Board,
-    starts: Option<Vec<Place>>,
-    of_goals: Option<Vec<Place>>,
+    starts: Vec<Place>,
+    of_goals: Vec<Place>,
     distances: Distances,
+    /// The goal of each unit.
+    goals: Vec<Option<usize>>,
+    part: Part,
+}
+
+/// What is being looked for.
+#[derive(Clone, Debug)]
+enum Part {
+    /// Where each unit gets onto the board.
+    Starts(Settling),
+    /// Where each goal is left for.
+    Goals(Settling),
+    /// How far it is from everywhere to each goal.
+    Distances,
+    /// Which unit of a team goes to which goal.
+    Teams { team: usize, assignment: Option<Assignment> },
+}
+
+/// The choice of a place for each of some points.
+#[derive(Clone, Debug)]
+struct Settling {
+    /// How far from its point a place may be, in columns and rows.
+    columns: u32,
+    /// The places, and who gets which.
+    chosen: Option<(Vec<Place>, Assignment)>,
 }
 
 impl Survey {
@@ -99,13 +124,12 @@ impl Survey {
                 let Some(raster) = self.rasters.pop() else { return Some(Err(self.error)) };
                 let board = Board::on(ground, raster, &self.others).expect("the raster is for the radius");
                 work.add((board.len() * (1 + self.others.len())) as u64);
-                let distances = Distances::none(&board);
-                self.current = Some(Draft { board, starts: None, of_goals: None, distances });
+                self.current = Some(Draft::new(board, self.points.len()));
                 continue;
             };
             match draft.advance(ground, (&self.points, teams), work) {
                 Ok(false) => {}
-                Ok(true) => return self.current.take().map(|draft| draft.finish(teams)),
+                Ok(true) => return self.current.take().map(Draft::finish),
                 Err(error) => (self.error, self.current) = (error, None),
             }
         }
@@ -114,6 +138,18 @@ impl Survey {
 }
 
 impl Draft {
+    fn new(board: Board, units: usize) -> Self {
+        let (starts, of_goals, distances) = (Vec::new(), Vec::new(), Distances::none(&board));
+        Self {
+            board,
+            starts,
+            of_goals,
+            distances,
+            goals: vec![None; units],
+            part: Part::Starts(Settling::new()),
+        }
+    }
+
     /// Does one part more; returns whether all is known.
     fn advance(
         &mut self,
@@ -121,34 +157,43 @@ impl Draft {
         (points, teams): (&[DVec2], &Teams),
         work: &mut Work,
     ) -> Result<bool, StepError> {
-        let Some(starts) = &self.starts else {
-            self.starts = Some(places(ground, &self.board, points, work).ok_or(StepError::NoPlace)?);
-            return Ok(false);
-        };
-        let Some(of_goals) = &self.of_goals else {
-            self.of_goals = Some(places(ground, &self.board, &teams.goals, work).ok_or(StepError::NoPlace)?);
-            return Ok(false);
-        };
-        let Some(&goal) = of_goals.get(self.distances.agents()) else {
-            let is_reached = |team: &Team| {
-                let starts = &starts[team.units.start.min(starts.len())..team.units.end.min(starts.len())];
-                let mut tables = team.goals.clone().map(|goal| self.distances.of(goal));
-                tables.any(|table| starts.iter().any(|start| table[start.index()] != FAR))
-            };
-            return if teams.teams.iter().any(is_reached) { Ok(true) } else { Err(StepError::NoWay) };
-        };
-        self.distances.push(&self.board, goal);
-        work.add(self.board.len() as u64);
+        match &mut self.part {
+            Part::Starts(settling) => {
+                if let Some(places) = settling.advance((ground, &self.board), points, work)? {
+                    self.starts = places;
+                    self.part = Part::Goals(Settling::new());
+                }
+            }
+            Part::Goals(settling) => {
+                if let Some(places) = settling.advance((ground, &self.board), &teams.goals, work)? {
+                    self.of_goals = places;
+                    self.part = Part::Distances;
+                }
+            }
+            Part::Distances => match self.of_goals.get(self.distances.agents()) {
+                Some(&goal) => {
+                    self.distances.push(&self.board, goal);
+                    work.add(self.board.len() as u64);
+                }
+                None => self.part = Part::Teams { team: 0, assignment: None },
+            },
+            Part::Teams { team, assignment } => {
+                let Some(current) = teams.teams.get(*team) else { return Ok(true) };
+                let sharing = Sharing::new((&self.starts, &self.of_goals), &self.distances, current);
+                let assignment = assignment.get_or_insert_with(|| sharing.begin(&self.board));
+                if let Some(looks) = assignment.advance(|row, column| sharing.cost(row, column)) {
+                    work.add(looks);
+                    return Ok(false);
+                }
+                sharing.end(&assignment.assigned, &mut self.goals);
+                self.part = Part::Teams { team: *team + 1, assignment: None };
+            }
+        }
         Ok(false)
     }
 
-    fn finish(self, teams: &Teams) -> Result<Lattice, StepError> {
-        let Self { board, starts, of_goals, mut distances } = self;
-        let (starts, of_goals) = (starts.unwrap_or_default(), of_goals.unwrap_or_default());
-        let mut goals = vec![None; starts.len()];
-        for team in &teams.teams {
-            share_out(&board, (&starts, &of_goals, &distances), team, &mut goals);
-        }
+    fn finish(self) -> Result<Lattice, StepError> {
+        let Self { board, starts, of_goals, mut distances, mut goals, .. } = self;
         let ends = ends(&starts, &of_goals, &mut goals);
         if goals.iter().all(Option::is_none) {
             return Err(StepError::NoWay);
@@ -165,30 +210,96 @@ impl Draft {
     }
 }
 
-/// Returns a place for each point, no two the same: near it, and seen from it if any is. `None` where there are too few.
-fn places(ground: &Ground, board: &Board, points: &[DVec2], work: &mut Work) -> Option<Vec<Place>> {
-    let departures: Vec<DVec2> =
-        points.iter().map(|&point| ground.departure(point).unwrap_or(point)).collect();
-    let mut columns = COLUMNS_MIN;
-    let chosen = loop {
-        work.add(points.len() as u64 * u64::from(2 * columns + 1).pow(2));
-        if let Some(chosen) = nearest(ground, board, (points, &departures), columns) {
-            break chosen;
+impl Settling {
+    fn new() -> Self {
+        Self { columns: COLUMNS_MIN, chosen: None }
+    }
+
+    /// Does one part more. At the end returns a place for each point, no two the same: near it, and seen from it if any is.
+    fn advance(
+        &mut self,
+        (ground, board): (&Ground, &Board),
+        points: &[DVec2],
+        work: &mut Work,
+    ) -> Result<Option<Vec<Place>>, StepError> {
+        let departure = |point: DVec2| ground.departure(point).unwrap_or(point);
+        let Some((chosen, assignment)) = &mut self.chosen else {
+            if self.columns > COLUMNS_MAX {
+                return Err(StepError::NoPlace);
+            }
+            work.add(points.len() as u64 * u64::from(2 * self.columns + 1).pow(2));
+            let departures: Vec<DVec2> = points.iter().map(|&point| departure(point)).collect();
+            self.chosen = nearest(ground, board, (points, &departures), self.columns).map(|chosen| {
+                let middles: Vec<DVec2> = chosen.iter().map(|&place| board.point(place)).collect();
+                let assignment = Assignment::new(points, &middles);
+                (chosen, assignment)
+            });
+            self.columns *= 2;
+            return Ok(None);
+        };
+        // Nobody is to cross the way of another.
+        let cost = |index: usize, place: usize| {
+            let (point, middle) = (points[index], board.point(chosen[place]));
+            let is_seen = ground.is_clear(departure(point), middle);
+            point.distance_squared(middle) + if is_seen { 0.0 } else { BEYOND }
+        };
+        if let Some(looks) = assignment.advance(cost) {
+            work.add(looks);
+            return Ok(None);
         }
-        columns *= 2;
-        if columns > COLUMNS_MAX {
-            return None;
+        Ok(Some(assignment.assigned.iter().map(|&place| chosen[place]).collect()))
+    }
+}
+
+/// The units of a team and as many goals, those that it has first.
+struct Sharing<'a> {
+    units: std::ops::Range<usize>,
+    goals: std::ops::Range<usize>,
+    whose: Goals,
+    starts: &'a [Place],
+    of_goals: &'a [Place],
+    distances: &'a Distances,
+}
+
+impl<'a> Sharing<'a> {
+    fn new((starts, of_goals): (&'a [Place], &'a [Place]), distances: &'a Distances, team: &Team) -> Self {
+        let end = team.units.end.min(starts.len());
+        let count = end.saturating_sub(team.units.start).min(team.goals.len());
+        let from = |first: usize| first..first + count;
+        let (units, goals) = (from(team.units.start), from(team.goals.start));
+        Self { units, goals, whose: team.whose, starts, of_goals, distances }
+    }
+
+    fn begin(&self, board: &Board) -> Assignment {
+        let points =
+            |places: &[Place]| -> Vec<DVec2> { places.iter().map(|&place| board.point(place)).collect() };
+        match self.whose {
+            Goals::Own => Assignment::default(),
+            Goals::Interchangeable => Assignment::new(
+                &points(&self.starts[self.units.clone()]),
+                &points(&self.of_goals[self.goals.clone()]),
+            ),
         }
-    };
-    // Nobody is to cross the way of another.
-    let middles: Vec<DVec2> = chosen.iter().map(|&place| board.point(place)).collect();
-    let cost = |point: usize, place: usize| {
-        let is_seen = ground.is_clear(departures[point], middles[place]);
-        points[point].distance_squared(middles[place]) + if is_seen { 0.0 } else { BEYOND }
-    };
-    work.add(points.len() as u64 * 512);
-    let assigned = by_cost(points, &middles, cost);
-    Some(assigned.into_iter().map(|place| chosen[place]).collect())
+    }
+
+    fn steps(&self, row: usize, column: usize) -> u32 {
+        self.distances.of(self.goals.start + column)[self.starts[self.units.start + row].index()]
+    }
+
+    /// The square of the length of a way, so that ways are about as long.
+    fn cost(&self, row: usize, column: usize) -> f64 {
+        let steps = self.steps(row, column);
+        if steps == FAR { BEYOND } else { f64::from(steps) * f64::from(steps) }
+    }
+
+    /// Gives each unit its goal, if it can reach it.
+    fn end(&self, assigned: &[usize], goals: &mut [Option<usize>]) {
+        for row in 0..self.units.len() {
+            let column = assigned.get(row).copied().unwrap_or(row);
+            let is_reached = self.steps(row, column) != FAR;
+            goals[self.units.start + row] = is_reached.then_some(self.goals.start + column);
+        }
+    }
 }
 
 /// Shares places out: of all pairs of a point and a place that it sees, the nearest first.
@@ -216,36 +327,6 @@ fn nearest(
         }
     }
     chosen.into_iter().collect()
-}
-
-/// Gives each unit of a team a goal that it can reach, so that the sum of the squared lengths of the ways is small.
-fn share_out(
-    board: &Board,
-    (starts, of_goals, distances): (&[Place], &[Place], &Distances),
-    team: &Team,
-    goals: &mut [Option<usize>],
-) {
-    let units: Vec<usize> = (team.units.start..team.units.end.min(starts.len())).collect();
-    let steps = |unit: usize, goal: usize| distances.of(goal)[starts[unit].index()];
-    let count = units.len().min(team.goals.len());
-    let targets: Vec<usize> = team.goals.clone().take(count).collect();
-    let cost = |row: usize, column: usize| {
-        let steps = steps(units[row], targets[column]);
-        if steps == FAR { BEYOND } else { f64::from(steps) * f64::from(steps) }
-    };
-    let assigned = match team.whose {
-        Goals::Own => (0..count).collect(),
-        Goals::Interchangeable => {
-            let point = |&place: &Place| board.point(place);
-            let from: Vec<DVec2> = units[..count].iter().map(|&unit| point(&starts[unit])).collect();
-            let to: Vec<DVec2> = targets.iter().map(|&goal| point(&of_goals[goal])).collect();
-            by_cost(&from, &to, cost)
-        }
-    };
-    for (&unit, column) in units.iter().zip(assigned) {
-        let goal = targets[column];
-        goals[unit] = (steps(unit, goal) != FAR).then_some(goal);
-    }
 }
 
 /// Returns the ends. Who has no goal ends where it starts, and who would end there, too, has none then.

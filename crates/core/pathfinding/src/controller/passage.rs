@@ -67,3 +67,79 @@ impl Passage {
         self.ways.iter().map(|way| way[way.len() - 1]).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Ground;
+    use crate::in_step::{Board, Instance, Outcome, Plan, Rings, Tree, scattered as ends_at_random};
+    use crate::tests::{Dice, scattered};
+
+    /// The plan of agents on a random map, with or without rings.
+    fn plan(board: &Board, agents: usize, rings: Rings, seed: u64) -> Plan {
+        let (starts, goals) = ends_at_random(board, agents, seed);
+        let instance = Instance::new(board, starts, goals).unwrap();
+        let mut tree = Tree::new(instance.problem(), rings, seed);
+        let Some(Outcome::Solved(plan)) = tree.advance(instance.problem(), 20_000) else {
+            panic!("seed {seed}")
+        };
+        plan.check(&instance).unwrap();
+        plan
+    }
+
+    fn board(seed: u64) -> Board {
+        let mut dice = Dice(seed);
+        Board::new(&Ground::new(&scattered(&mut dice, 12, 0.15), 0.35).unwrap()).unwrap()
+    }
+
+    fn passage(board: &Board, plan: &Plan) -> Passage {
+        let mut passage = Passage::new(board.len(), plan.at(0));
+        for step in 1..=plan.steps() {
+            passage.push(plan.at(step));
+        }
+        passage
+    }
+
+    /// Walks a passage in random order; returns how many have come to their ends.
+    fn walk(passage: &Passage, units: usize, seed: u64) -> usize {
+        let mut dice = Dice(seed);
+        let mut at = vec![0; units];
+        loop {
+            let can_go = |&unit: &usize| {
+                at[unit] + 1 < passage.way(unit).len()
+                    && passage.after(unit, at[unit] + 1).is_none_or(|(other, index)| at[other] > index)
+            };
+            let ready: Vec<usize> = (0..units).filter(can_go).collect();
+            if ready.is_empty() {
+                return (0..units).filter(|&unit| at[unit] + 1 == passage.way(unit).len()).count();
+            }
+            let unit = ready[usize::try_from(dice.roll() % ready.len() as u64).unwrap()];
+            at[unit] += 1;
+            let place = passage.way(unit)[at[unit]];
+            assert!(
+                (0..units).all(|other| other == unit || passage.way(other)[at[other]] != place),
+                "seed {seed}"
+            );
+        }
+    }
+
+    #[test]
+    fn in_whatever_order_units_go_nobody_meets_and_all_arrive() {
+        for seed in 0..40 {
+            let board = board(seed);
+            let plan = plan(&board, 40, Rings::Avoided, seed);
+            assert_eq!(walk(&passage(&board, &plan), 40, seed), 40, "seed {seed}");
+        }
+    }
+
+    /// What rings are avoided for: with them all wait for each other.
+    #[test]
+    fn with_rings_some_plans_could_not_be_walked_in_any_order() {
+        let stuck = (0..40).filter(|&seed| {
+            let board = board(seed);
+            let plan = plan(&board, 40, Rings::Allowed, seed);
+            walk(&passage(&board, &plan), 40, seed) < 40
+        });
+        assert!(stuck.count() > 3);
+    }
+}

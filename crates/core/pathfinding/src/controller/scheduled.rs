@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::{Circle, Scalar, Segment};
 
 use super::Progress;
-use super::scene::{GRACE, LEAD, LEGS_MAX, Order, Scene, Seen, is_there};
+use super::scene::{GRACE, LEAD, LEGS_MAX, Line, Order, Scene, Seen, is_there};
 use super::teams::{Team, Teams};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::{Planner, length};
@@ -104,14 +104,16 @@ pub(crate) struct Scheduled {
 }
 
 impl Scheduled {
-    pub(crate) fn new(teams: Teams, speed: f64, repeats: u32) -> Self {
+    pub(crate) fn new(teams: Teams, speed: f64, line: Line) -> Self {
         let Teams { goals, teams } = teams;
+        // One group has nobody to meet: it can go in parts as well as at once, and with fewer orders than in step.
+        let partly = if teams.len() == 1 { Partly::Allowed } else { Partly::Never };
         Self {
             goals,
             teams,
             speed,
-            partly: Partly::Never,
-            repeats,
+            partly,
+            repeats: line.repeats(),
             again: Vec::new(),
             planning: None,
             allowance: 0,
@@ -211,16 +213,22 @@ impl Scheduled {
         }
     }
 
-    /// Takes in who has arrived and who has fallen out of its plan, and returns how many these are.
+    /// Takes in who has arrived, and returns how many have fallen out of their plans, or were moved away from where they had arrived.
     fn look(&mut self, scene: &Scene<'_>) -> usize {
         let now = f64::from(scene.cycle);
         let grace = f64::from(GRACE);
         let mut dropped = 0;
         for (state, seen) in self.states.iter_mut().zip(scene.units) {
-            let State::Planned(plan) = state else { continue };
             if seen.is_moving {
                 continue;
             }
+            if let State::Arrived(goal) = state
+                && !is_there(seen.position, self.goals[*goal])
+            {
+                *state = State::Idle { since: scene.cycle };
+                dropped += 1;
+            }
+            let State::Planned(plan) = state else { continue };
             let goal = self.goals[plan.goal];
             if is_there(seen.position, goal) && now >= plan.arrival - grace {
                 *state = State::Arrived(plan.goal);

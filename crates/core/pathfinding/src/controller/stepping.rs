@@ -4,7 +4,7 @@ use maniple_geometry::{Circle, Segment};
 
 use super::lattice::{Lattice, StepError, Survey};
 use super::passage::Passage;
-use super::scene::{GRACE, Order, Scene};
+use super::scene::{GRACE, Line, Order, Scene};
 use super::scheduled::Scheduled;
 use super::teams::Teams;
 use super::walkers::{Astray, Walkers};
@@ -18,7 +18,10 @@ const SEED: u64 = 1;
 /// Steps that are taken one by one while there is no plan: at first and at most. Each time that there is none behind them, they
 /// are twice as many.
 const STEPS_MIN: u32 = 8;
-const STEPS_MAX: u32 = 1 << 11;
+const STEPS_MAX: u32 = 1 << 8;
+
+/// Most places that a search remembers, one for each agent and configuration: with their priorities 200 MB.
+const TRIED_MAX: u64 = 1 << 24;
 
 /// What came of a cycle.
 pub(crate) enum Verdict {
@@ -35,7 +38,7 @@ pub(crate) enum Verdict {
 pub(crate) struct Stepping {
     teams: Teams,
     speed: f64,
-    repeats: u32,
+    line: Line,
     stage: Stage,
     /// Who was in the way when it was looked at last.
     others: Vec<Circle>,
@@ -77,8 +80,8 @@ enum Search {
 }
 
 impl Stepping {
-    pub(crate) fn new(teams: Teams, speed: f64, repeats: u32) -> Self {
-        Self { teams, speed, repeats, stage: Stage::Halting { since: 0 }, others: Vec::new() }
+    pub(crate) fn new(teams: Teams, speed: f64, line: Line) -> Self {
+        Self { teams, speed, line, stage: Stage::Halting { since: 0 }, others: Vec::new() }
     }
 
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
@@ -129,8 +132,9 @@ impl Stepping {
 
     fn enter(&mut self, lattice: Lattice) {
         let points = lattice.starts.iter().map(|&place| lattice.board.point(place)).collect();
-        let scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.repeats).partly();
-        self.stage = Stage::Entering(Box::new(scheduled), Box::new(Walking::new(lattice, self.speed)));
+        let scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.line).partly();
+        self.stage =
+            Stage::Entering(Box::new(scheduled), Box::new(Walking::new(lattice, self.speed, self.line)));
     }
 
     fn walk(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
@@ -157,7 +161,7 @@ impl Stepping {
             goal.map_or(lattice.board.point(lattice.ends[unit]), |goal| self.teams.goals[goal])
         };
         let points = lattice.goals.iter().enumerate().map(end).collect();
-        let mut scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.repeats).partly();
+        let mut scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.line).partly();
         let goals = lattice.goals.clone();
         let orders = scheduled.advance(ground, scene, work);
         self.stage = Stage::Leaving(Box::new(scheduled), goals);
@@ -166,12 +170,12 @@ impl Stepping {
 }
 
 impl Walking {
-    fn new(lattice: Lattice, speed: f64) -> Self {
+    fn new(lattice: Lattice, speed: f64, line: Line) -> Self {
         let from = lattice.starts.clone();
         let tree = Box::new(Tree::new(lattice.problem(&from), Rings::Avoided, SEED));
         Self {
             passage: Passage::new(lattice.board.len(), &from),
-            walkers: Walkers::new(from.len(), lattice.board.pitch(), speed),
+            walkers: Walkers::new(from.len(), (lattice.board.pitch(), speed), line),
             search: Search::Open { from, tree, steps: STEPS_MIN },
             lattice,
         }
@@ -206,7 +210,7 @@ impl Walking {
         }
         let Search::Open { from, tree, .. } = &mut self.search else { return };
         let mut outcome = None;
-        while outcome.is_none() && work.is_left() {
+        while outcome.is_none() && work.is_left() && tree.expanded() * agents < TRIED_MAX {
             outcome = tree.advance(self.lattice.problem(from), 1);
             work.add(agents);
         }

@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::passage::{Departure, Passage};
-use super::scene::{GRACE, LEAD, LEGS_MAX, Order, Scene, Seen, THERE};
+use super::scene::{GRACE, LEAD, LEGS_MAX, Line, Order, Scene, Seen, THERE};
 use crate::in_step::{Board, Place};
 
 /// Rounding of times, in cycles; so long nobody comes nearer by more than rounding.
@@ -12,6 +12,14 @@ const SLACK: f64 = 1e-9;
 
 /// How far from where it is expected a unit may rest, in world units: what rounding on the wire may take, twice.
 const AT: f64 = 2.0 * THERE;
+
+/// A walk without a stop, between two places of a way by their indices, and when it starts, in cycles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Run {
+    from: usize,
+    to: usize,
+    start: f64,
+}
 
 /// What a unit is known to do. Indices are those of the places of its way.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,12 +50,13 @@ pub(crate) struct Walkers {
     walkers: Vec<Walker>,
     /// Cycles of a step.
     step: f64,
+    line: Line,
 }
 
 impl Walkers {
     /// Returns units that rest at the beginning of their ways; steps are a pitch long, at a speed in world units a cycle.
-    pub(crate) fn new(units: usize, pitch: f64, speed: f64) -> Self {
-        Self { walkers: vec![Walker::Resting { at: 0 }; units], step: pitch / speed }
+    pub(crate) fn new(units: usize, (pitch, speed): (f64, f64), line: Line) -> Self {
+        Self { walkers: vec![Walker::Resting { at: 0 }; units], step: pitch / speed, line }
     }
 
     /// Whether all rest at the ends of their ways.
@@ -82,31 +91,53 @@ impl Walkers {
     /// Returns the orders of a cycle: for those who rest, and for those who would come to rest before another order can reach
     /// them.
     pub(crate) fn orders(&mut self, (board, passage): (&Board, &Passage), cycle: u32) -> Vec<Order> {
-        let earliest = f64::from(cycle + LEAD);
-        let known = self.walkers.clone();
-        let mut orders = Vec::new();
-        for (unit, walker) in self.walkers.iter_mut().enumerate() {
-            let leaving = |(unit, index): Departure| known[unit].leaving(index, self.step);
-            let way = Way { passage, unit, step: self.step };
-            match *walker {
-                Walker::Ordered { .. } | Walker::Going { onward: Some(_), .. } => {}
-                Walker::Resting { at } => {
-                    let Some((start, to)) = way.from_rest(at, earliest, leaving) else { continue };
-                    *walker = Walker::Ordered { from: at, to, start };
-                    orders.push(way.order(board, (at, to), start));
-                }
-                Walker::Going { from, to, start, onward: None } => {
-                    let arrival = start + self.step * (to - from) as f64;
-                    if arrival < earliest || arrival >= earliest + 1.0 {
-                        continue;
-                    }
-                    let Some(end) = way.onward(to, arrival, leaving) else { continue };
-                    *walker = Walker::Going { from, to, start, onward: Some(end) };
-                    orders.push(way.order(board, (to, end), arrival));
+        let mut given: Vec<Option<Run>> = vec![None; self.walkers.len()];
+        // How far one is told to go may let another go farther, who is told in the same cycle.
+        loop {
+            let mut has_changed = false;
+            for (unit, given) in given.iter_mut().enumerate() {
+                let way = Way { passage, unit, step: self.step };
+                if let Some((walker, run)) = self.told(way, f64::from(cycle + LEAD), given.is_some()) {
+                    has_changed = true;
+                    self.walkers[unit] = walker;
+                    *given = Some(run);
                 }
             }
+            if !has_changed {
+                break;
+            }
         }
-        orders
+        let order = |(unit, run): (usize, Option<Run>)| {
+            let way = Way { passage, unit, step: self.step };
+            run.map(|run| way.order(board, run))
+        };
+        given.into_iter().enumerate().filter_map(order).collect()
+    }
+
+    /// What a unit does if it is told to go, or to go farther than it was told in this cycle, and what it is told; `None` where there is
+    /// nothing to tell.
+    fn told(&self, way: Way<'_>, earliest: f64, is_told: bool) -> Option<(Walker, Run)> {
+        let leaving = |(unit, index): Departure| self.walkers[unit].leaving(index, (self.step, self.line));
+        match self.walkers[way.unit] {
+            Walker::Resting { at } => {
+                let (start, to) = way.first_run(at, earliest, leaving)?;
+                Some((Walker::Ordered { from: at, to, start }, Run { from: at, to, start }))
+            }
+            Walker::Ordered { from, to, start } if is_told => {
+                let to = way.onward((from, to), start, leaving)?;
+                Some((Walker::Ordered { from, to, start }, Run { from, to, start }))
+            }
+            Walker::Going { from, to, start, onward } if is_told || onward.is_none() => {
+                let arrival = start + self.step * (to - from) as f64;
+                if arrival < earliest || arrival >= earliest + 1.0 {
+                    return None;
+                }
+                let end = way.onward((to, onward.unwrap_or(to)), arrival, leaving)?;
+                let going = Walker::Going { from, to, start, onward: Some(end) };
+                Some((going, Run { from: to, to: end, start: arrival }))
+            }
+            Walker::Ordered { .. } | Walker::Going { .. } => None,
+        }
     }
 
     /// Who may be moving, or told to.
@@ -168,15 +199,20 @@ impl Walker {
         }
     }
 
-    fn leaving(self, index: usize, step: f64) -> Leaving {
-        match self {
-            Self::Resting { at: from } | Self::Ordered { from, .. } if index < from => Leaving::Left,
-            Self::Resting { .. } | Self::Ordered { .. } => Leaving::Unknown,
-            Self::Going { from, .. } if index < from => Leaving::Left,
-            Self::Going { from, to, start, .. } if index < to => {
-                Leaving::At(start + step * (index - from) as f64)
-            }
-            Self::Going { .. } => Leaving::Unknown,
+    /// When the unit leaves the place with an index on its way: as far as it was told to go, or, over a line that loses orders, was seen
+    /// to.
+    fn leaving(self, index: usize, (step, line): (f64, Line)) -> Leaving {
+        let (from, to, start) = match (self, line) {
+            (Self::Resting { at }, _) => (at, at, 0.0),
+            (Self::Ordered { from, to, start }, Line::Sure) => (from, to, start),
+            (Self::Ordered { from, .. }, Line::Lossy { .. }) => (from, from, 0.0),
+            (Self::Going { from, to, start, onward }, Line::Sure) => (from, onward.unwrap_or(to), start),
+            (Self::Going { from, to, start, .. }, Line::Lossy { .. }) => (from, to, start),
+        };
+        match index {
+            _ if index < from => Leaving::Left,
+            _ if index < to => Leaving::At(start + step * (index - from) as f64),
+            _ => Leaving::Unknown,
         }
     }
 }
@@ -192,7 +228,7 @@ struct Way<'a> {
 
 impl Way<'_> {
     /// When a unit that rests can start, and how far it gets without a stop; `None` where that is not known.
-    fn from_rest(
+    fn first_run(
         &self,
         at: usize,
         earliest: f64,
@@ -206,13 +242,19 @@ impl Way<'_> {
             Leaving::At(time) => earliest.greater(time),
             Leaving::Unknown => return None,
         };
-        self.onward(at, start, leaving).map(|to| (start, to))
+        self.onward((at, at), start, leaving).map(|to| (start, to))
     }
 
-    /// How far a unit gets without a stop that leaves a place at a time; `None` where it cannot leave then.
-    fn onward(&self, from: usize, start: f64, leaving: impl Fn(Departure) -> Leaving) -> Option<usize> {
+    /// How far a unit gets without a stop that leaves a place at a time, and gets to another for sure; `None` where it gets no
+    /// farther.
+    fn onward(
+        &self,
+        (from, sure): (usize, usize),
+        start: f64,
+        leaving: impl Fn(Departure) -> Leaving,
+    ) -> Option<usize> {
         let way = self.passage.way(self.unit);
-        let mut to = from;
+        let mut to = sure;
         while to + 1 < way.len() && to - from < LEGS_MAX {
             let time = start + self.step * (to - from) as f64 + SLACK;
             let is_free = match self.passage.after(self.unit, to + 1).map_or(Leaving::Left, &leaving) {
@@ -226,13 +268,13 @@ impl Way<'_> {
             to += 1;
         }
         // Where it ends has to be another place than where it begins, or it could not be told whether it went.
-        while to > from && way[to] == way[from] {
+        while to > sure && way[to] == way[from] {
             to -= 1;
         }
-        (to > from).then_some(to)
+        (to > sure).then_some(to)
     }
 
-    fn order(&self, board: &Board, (from, to): (usize, usize), start: f64) -> Order {
+    fn order(&self, board: &Board, Run { from, to, start }: Run) -> Order {
         let points: Vec<DVec2> =
             self.passage.way(self.unit)[from..=to].iter().map(|&place| board.point(place)).collect();
         let mut legs = Vec::new();

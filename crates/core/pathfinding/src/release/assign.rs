@@ -11,18 +11,13 @@ const AT_ONCE_MAX: usize = 96;
 /// Turpin, Michael and Kumar, *CAPT: Concurrent Assignment and Planning of Trajectories for Multiple Robots*, IJRR 33,
 /// 2014: with squared distances, circles that are far enough apart at both ends and leave and arrive together never meet.
 pub(crate) fn by_distance(starts: &[DVec2], goals: &[DVec2]) -> Vec<usize> {
-    by_cost(starts, goals, |start, goal| starts[start].distance_squared(goals[goal]))
-}
-
-/// Returns for each start the place of its goal, so that the sum of the costs is small: the smallest for few, and for many that
-/// of halves that lie together.
-pub(crate) fn by_cost(starts: &[DVec2], goals: &[DVec2], cost: impl Fn(usize, usize) -> f64) -> Vec<usize> {
     let mut assignment = Assignment::new(starts, goals);
-    while assignment.advance(&cost).is_some() {}
+    while assignment.advance(|start, goal| starts[start].distance_squared(goals[goal])).is_some() {}
     assignment.assigned
 }
 
-/// An assignment that is made part by part.
+/// An assignment of starts to as many goals that is made part by part: the sum of some costs is the smallest for few, and for many that of
+/// halves that lie together.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Assignment {
     /// For each start the place of its goal.
@@ -41,13 +36,20 @@ impl Assignment {
     }
 
     /// Assigns the starts of one part more, and returns how many looks that took at most; `None` where all are assigned.
-    pub(crate) fn advance(&mut self, cost_of: impl Fn(usize, usize) -> f64) -> Option<u64> {
+    pub(crate) fn advance(&mut self, cost: impl Fn(usize, usize) -> f64) -> Option<u64> {
         let (from, to) = self.parts.pop()?;
-        let cost = |row: usize, column: usize| cost_of(from[row], to[column]);
-        for (row, column) in cheapest(from.len(), cost).into_iter().enumerate() {
+        let count = from.len();
+        let costs: Vec<f64> = from
+            .iter()
+            .flat_map(|&start| to.iter().map(move |&goal| (start, goal)))
+            .map(|(start, goal)| cost(start, goal))
+            .collect();
+        for (row, column) in
+            cheapest(count, |row, column| costs[row * count + column]).into_iter().enumerate()
+        {
             self.assigned[from[row]] = to[column];
         }
-        Some((from.len() as u64).pow(3) / 8)
+        Some((count as u64).pow(2) + (count as u64).pow(3) / 8)
     }
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use maniple_geometry::{Scalar, Segment};
 
-use super::schedule::Group;
+use super::schedule::{Goals, Group};
 use crate::ground::Ground;
 use crate::planner::length;
 
@@ -126,6 +126,14 @@ impl Lanes {
     pub(crate) fn points(&self, lane: usize) -> impl Iterator<Item = DVec2> {
         self.cuts.iter().map(move |cut| cut.point(lane, self.count))
     }
+}
+
+/// Returns where a path leaves the last of its narrowest places; `None` where nothing is narrow.
+pub(crate) fn last_narrow_place(ground: &Ground, from: DVec2, legs: &[DVec2]) -> Option<DVec2> {
+    let path: Vec<DVec2> = std::iter::once(from).chain(legs.iter().copied()).collect();
+    let nobody = Group { starts: Vec::new(), goals: Vec::new(), whose: Goals::Own };
+    let lanes = Lanes::new(ground, &nobody, &path, 2.0 * ground.radius());
+    lanes.last().map(|cut| 0.5 * (cut.left + cut.right))
 }
 
 /// How many lanes side by side let most circles through a cut of a width, and how many circles a world unit of way these are.

@@ -172,7 +172,7 @@ enum Stage {
     /// The groups are taken in: so many have been, and one is being.
     Groups { done: usize, adding: Option<Box<Adding>> },
     /// It is looked at what is in whose way: so many ends have been.
-    Order { order: Order, done: usize },
+    Order { order: Box<Order>, done: usize },
     /// One after the other departs.
     Departures(Box<Departures>),
 }
@@ -221,7 +221,7 @@ impl Attempt {
             }
             Stage::Groups { done, adding } => {
                 let Some(group) = groups.get(*done) else {
-                    *stage = Stage::Order { order: Order::new(ends), done: 0 };
+                    *stage = Stage::Order { order: Box::new(Order::new(ends)), done: 0 };
                     return Ok(None);
                 };
                 let begun = Adding::new(&mut tools.planner, (*done, group), *fewer_lanes, ends)?;
@@ -237,7 +237,7 @@ impl Attempt {
                     *done += 1;
                 }
                 None => {
-                    let departures = Departures::new(tools, (groups, surroundings), ends, order.clone());
+                    let departures = Departures::new(tools, (groups, surroundings), ends, (**order).clone());
                     *stage = Stage::Departures(Box::new(departures));
                 }
             },

@@ -6,7 +6,7 @@ use maniple_tilemap::{Kind, TileMap, TileShape};
 use super::release::{block, gap};
 use super::trial::{Outcome, Trial};
 use super::{drawn, generated};
-use crate::{Goals, Group, Tactic};
+use crate::{Goals, Group, Line, StepError, Tactic};
 
 fn open(side: u32) -> TileMap {
     let shapes = vec![TileShape::Open; (side * side) as usize];
@@ -18,7 +18,7 @@ fn group(starts: Vec<DVec2>, goals: Vec<DVec2>) -> Group {
 }
 
 /// Four groups that change the corners of a field: so many units in all.
-fn corners(units: usize) -> (TileMap, Vec<Group>) {
+pub(crate) fn corners(units: usize) -> (TileMap, Vec<Group>) {
     let side = (1..).find(|side| side * side * 4 >= units).unwrap();
     let size = 4 * side + 30;
     let near = 5.0 + 0.5 * side as f64;
@@ -65,8 +65,10 @@ fn maze(units: usize, seed: u64) -> (TileMap, Vec<Group>) {
 fn check(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
     let units: usize = groups.iter().map(|group| group.starts.len()).sum();
     let sure = Trial::of_groups(map, Tactic::Auto, groups.clone());
-    for (latency, lost, repeats) in [(0, 0.0, 0), (2, 0.01, 2)] {
-        let outcome = Trial { latency, lost, repeats, ..sure.clone() }.run(6000);
+    for (latency, lost, line) in
+        [(0, 0.0, Line::Sure), (2, 0.0, Line::Sure), (2, 0.01, Line::Lossy { repeats: 2 })]
+    {
+        let outcome = Trial { latency, lost, line, ..sure.clone() }.run(6000);
         let Outcome { arrived, collisions, orders, cycles, error, .. } = &outcome;
         println!(
             "{name}, {units} units, {latency} cycles, {lost} lost: {arrived} arrived, {collisions} collisions, {orders} orders, \
@@ -105,7 +107,7 @@ fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
         let trial = Trial {
             latency: 2,
             lost: 0.2,
-            repeats: 6,
+            line: Line::Lossy { repeats: 6 },
             seed,
             ..Trial::of_groups(&map, Tactic::Auto, groups.clone())
         };
@@ -137,22 +139,20 @@ fn two_change_places_in_a_corridor_with_a_bay() {
     let trial = Trial::of_groups(&map, Tactic::Auto, groups);
     for latency in [0, 2] {
         let outcome = Trial { latency, ..trial.clone() }.run(1000);
-        println!("bay {outcome:?}");
+        println!("bay: {} orders, {} cycles", outcome.orders, outcome.cycles);
         assert_eq!((outcome.arrived, outcome.collisions), (2, 0));
     }
     // The bay is in an odd column, as the ends are: a raster of every second tile has it. In an even one it has not.
     let larger = Trial { radius: 0.45, ..trial.clone() }.run(1000);
-    println!("bay, larger {larger:?}");
-    assert_eq!((larger.arrived, larger.collisions), (0, 0));
-    assert!(larger.error.is_some() && larger.orders == 0, "{larger:?}");
+    assert_eq!((larger.arrived, larger.collisions, larger.error), (0, 0, Some(StepError::NoPlan)));
+    assert!(larger.orders < 10 && larger.last_order < 100, "{} {}", larger.orders, larger.last_order);
 }
 
 #[test]
 fn no_cycle_plans_more_than_its_budget_and_one_part() {
-    // The largest parts: the places of all units are chosen at once, 537 looks each.
-    for (map, groups, part) in [(corners(20), 20 * 540), (counterflow(2), 100 * 540)]
-        .map(|((map, groups), part)| (map, groups, part))
-    {
+    // The largest part: 96 units and as many goals are assigned to each other.
+    for (map, groups) in [corners(20), counterflow(2), corners(100)] {
+        let part = 120_000;
         for budget in [1_000, 20_000, 1 << 18] {
             let trial = Trial { budget, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
             let outcome = trial.run(6000);

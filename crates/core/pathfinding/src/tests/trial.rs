@@ -9,7 +9,7 @@ use maniple_tilemap::TileMap;
 
 use super::Dice;
 use super::release::moment;
-use crate::{Controller, Goals, Ground, Group, Order, Progress, Scene, Seen, StepError, Tactic};
+use crate::{Controller, Goals, Ground, Group, Line, Order, Progress, Scene, Seen, StepError, Tactic};
 
 /// World units a cycle.
 pub(crate) const SPEED: f64 = 0.2;
@@ -23,13 +23,15 @@ pub(crate) struct Trial<'a> {
     pub(crate) map: &'a TileMap,
     pub(crate) radius: f64,
     pub(crate) groups: Vec<Group>,
+    /// Where the one group is led before its goals.
+    pub(crate) stages: Vec<Vec<DVec2>>,
     pub(crate) tactic: Tactic,
     /// Cycles from an order to its effect.
     pub(crate) latency: usize,
     /// The part of the orders that is lost.
     pub(crate) lost: f64,
-    /// How often orders are given again.
-    pub(crate) repeats: u32,
+    /// What the controller is told of the line.
+    pub(crate) line: Line,
     /// Looks a cycle.
     pub(crate) budget: u64,
     /// Decides which orders are lost.
@@ -52,6 +54,8 @@ pub(crate) struct Outcome {
     pub(crate) error: Option<StepError>,
     /// The looks of each cycle.
     pub(crate) looks: Vec<u64>,
+    /// How many were at the goals of each stage when it ended.
+    pub(crate) formed: Vec<usize>,
 }
 
 impl Trial<'_> {
@@ -61,9 +65,10 @@ impl Trial<'_> {
     }
 
     pub(crate) fn of_groups(map: &TileMap, tactic: Tactic, groups: Vec<Group>) -> Trial<'_> {
-        let (radius, latency, lost, repeats, seed, stones) = (0.35, 0, 0.0, 0, 7, Vec::new());
+        let (radius, latency, lost, line, seed, stones) = (0.35, 0, 0.0, Line::Sure, 7, Vec::new());
         let budget = 1 << 18;
-        Trial { map, radius, groups, tactic, latency, lost, repeats, budget, seed, stones }
+        let stages = Vec::new();
+        Trial { map, radius, groups, stages, tactic, latency, lost, line, budget, seed, stones }
     }
 
     fn starts(&self) -> impl Iterator<Item = DVec2> {
@@ -89,9 +94,7 @@ impl Trial<'_> {
     pub(crate) fn run_with(&self, cycles_max: u32, mut meddle: impl FnMut(u32, &mut World)) -> Outcome {
         let ground = Ground::new(self.map, self.radius).unwrap();
         let mut world = self.world();
-        let mut controller = Controller::of_groups(self.tactic, &self.groups, SPEED)
-            .repeating(self.repeats)
-            .with_budget(self.budget);
+        let mut controller = self.controller();
         let mut dice = Dice(self.seed);
         let mut line: VecDeque<Vec<Order>> = std::iter::repeat_n(Vec::new(), self.latency).collect();
         let units = u32::try_from(self.starts().count()).unwrap();
@@ -104,6 +107,7 @@ impl Trial<'_> {
             progress: Vec::new(),
             error: None,
             looks: Vec::new(),
+            formed: Vec::new(),
         };
         for cycle in 0..cycles_max {
             self.set_stones(cycle, &mut world);
@@ -113,6 +117,12 @@ impl Trial<'_> {
                 self.stones.iter().filter(|stone| stone.1.contains(&cycle)).map(|stone| stone.0).collect();
             let orders = controller.advance(&ground, &Scene { cycle, units: &seen, others: &others });
             outcome.looks.push(controller.looks());
+            if let Some(goals) = self.stages.get(outcome.formed.len())
+                && controller.stages_left() < self.stages.len() - outcome.formed.len()
+            {
+                let is_taken = |goal: &&DVec2| seen.iter().any(|seen| seen.position.distance(**goal) < 1e-3);
+                outcome.formed.push(goals.iter().filter(is_taken).count());
+            }
             if !orders.is_empty() {
                 outcome.orders += orders.len();
                 outcome.last_order = cycle;
@@ -126,13 +136,24 @@ impl Trial<'_> {
             outcome.collisions += events.iter().filter(|event| collided(event.kind)).count();
             outcome.progress = (0..units as usize).map(|unit| controller.progress(unit)).collect();
             outcome.cycles = cycle;
-            if outcome.progress.iter().all(|&progress| progress == Progress::Arrived) {
+            let have_arrived = outcome.progress.iter().all(|&progress| progress == Progress::Arrived);
+            if have_arrived && controller.stages_left() == 0 {
                 break;
             }
         }
         outcome.arrived = self.arrived(&world);
         outcome.error = controller.step_error();
         outcome
+    }
+
+    fn controller(&self) -> Controller {
+        let controller = if self.stages.is_empty() {
+            Controller::of_groups(self.tactic, &self.groups, SPEED)
+        } else {
+            let goals = self.groups.iter().map(|group| group.goals.clone());
+            Controller::by_stages(self.tactic, self.stages.iter().cloned().chain(goals).collect(), SPEED)
+        };
+        controller.over(self.line).with_budget(self.budget)
     }
 
     fn set_stones(&self, cycle: u32, world: &mut World) {
