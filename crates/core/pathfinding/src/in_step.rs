@@ -30,6 +30,12 @@ mod swap;
 mod tests;
 mod way;
 
+pub(crate) use board::Raster;
+pub(crate) use distances::FAR;
+pub(crate) use generator::Rings;
+pub(crate) use instance::Problem;
+pub(crate) use lacam::Tree;
+
 pub use algorithm::{Algorithm, TooManyAgents, UnknownAlgorithm};
 pub use board::{Board, BoardError, Place, RADIUS_IN_STEP_MAX};
 pub use distances::Distances;

@@ -8,6 +8,7 @@ mod bits;
 mod controller;
 mod error;
 mod field;
+mod formation;
 mod ground;
 pub mod in_step;
 mod jump;
@@ -19,13 +20,16 @@ mod release;
 mod tests;
 mod tighten;
 mod walls;
+mod work;
 
 pub use around::{Crowd, Detours};
-pub use controller::{Controller, Order, Progress, Scene, Seen, Tactic, UnknownTactic};
+pub use controller::{Controller, Line, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
+pub use formation::{Formation, FormationError};
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use planner::{Planner, length};
 pub use release::{
-    Goals, Group, Moving, ReleaseError, Request, Schedule, Walk, bound, release, release_some, throughput_max,
+    Goals, Group, Moving, ReleaseError, Releasing, Request, Schedule, Walk, bound, release, release_some,
+    throughput_max,
 };

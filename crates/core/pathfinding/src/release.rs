@@ -12,12 +12,16 @@ mod ends;
 mod error;
 mod lanes;
 mod order;
+mod releasing;
 mod schedule;
 mod traffic;
 mod trajectory;
 mod trunk;
 
-pub(crate) use assign::by_distance;
+pub(crate) use assign::{Assignment, by_distance};
+pub(crate) use lanes::last_narrow_place;
+
 pub use bound::{bound, throughput_max};
 pub use error::ReleaseError;
+pub use releasing::Releasing;
 pub use schedule::{Goals, Group, Moving, Request, Schedule, Walk, release, release_some};

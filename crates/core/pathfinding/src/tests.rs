@@ -1,11 +1,15 @@
 //! Tests of the whole crate: paths are walked by the kinematics, and every fast answer has a slow obvious twin.
 
 mod controller;
+mod crowds;
 mod errors;
+mod formations;
 mod optimum;
 pub(crate) mod real;
 mod release;
 mod search;
+mod trial;
+mod trouble;
 mod twins;
 mod walk;
 

@@ -10,6 +10,36 @@ pub(crate) const THERE: f64 = 1.0 / 1024.0;
 /// is seen a cycle later, and a slow line takes as much again.
 pub(crate) const GRACE: u32 = 4;
 
+/// Cycles between an order and the start that it names: so much later an order may apply than it was given.
+pub(crate) const LEAD: u32 = 3;
+
+/// Most legs that are ordered at once.
+pub(crate) const LEGS_MAX: usize = 64;
+
+/// What becomes of orders on their way. Only [`crate::Tactic::Auto`] asks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Line {
+    /// They arrive in time: units rely on it that others do what they were told.
+    #[default]
+    Sure,
+    /// Some get lost. Orders of a schedule are given again, before the departure, so many times, a cycle later each, and schedules begin
+    /// so much later; in step nobody is sent to where it has not been seen that the way gets free.
+    Lossy {
+        /// How many times.
+        repeats: u32,
+    },
+}
+
+impl Line {
+    /// How often orders of schedules are given again.
+    pub(crate) fn repeats(self) -> u32 {
+        match self {
+            Self::Sure => 0,
+            Self::Lossy { repeats } => repeats,
+        }
+    }
+}
+
 /// A unit as it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {

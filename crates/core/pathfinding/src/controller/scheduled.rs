@@ -1,16 +1,15 @@
-//! All by one schedule, and anew whoever falls out of it: the tactic `auto`.
+//! All by one schedule, and anew whoever falls out of it.
 
 use glam::DVec2;
 use maniple_geometry::{Circle, Scalar, Segment};
 
 use super::Progress;
-use super::scene::{GRACE, Order, Scene, Seen, is_there};
+use super::scene::{GRACE, LEAD, LEGS_MAX, Line, Order, Scene, Seen, is_there};
+use super::teams::{Team, Teams};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::{Planner, length};
-use crate::release::{Goals, Group, Moving, Request, Walk, by_distance, release, release_some};
-
-/// Cycles between a plan and the first departure: so much later an order may apply than it was given.
-const LEAD: u32 = 3;
+use crate::release::{Goals, Group, Moving, Releasing, Request, Walk, by_distance};
+use crate::work::{PATH, Work};
 
 /// Cycles from one attempt to schedule those who wait to the next, at first and at most: each that brings nothing doubles them.
 const RETRY_MIN: u32 = 8;
@@ -22,9 +21,6 @@ const GROUP_MIN: usize = 32;
 
 /// How often a unit that has arrived may be roused to make room for another, so that no two make room for each other for ever.
 const ROUSED_MAX: u32 = 4;
-
-/// Most legs of a walk that are ordered at once; who has more is scheduled anew at the end of them.
-const LEGS_MAX: usize = 64;
 
 /// What a unit is doing.
 #[derive(Clone, Debug)]
@@ -50,26 +46,94 @@ struct Plan {
     arrival: f64,
 }
 
+/// What is done where there is no schedule for everybody.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Partly {
+    /// Nobody goes, since another way may be better.
+    Never,
+    /// As many go as can.
+    Allowed,
+}
+
+/// A schedule that is being looked for.
+#[derive(Clone, Debug)]
+struct Planning {
+    /// For whom.
+    ready: Vec<usize>,
+    /// For each group the places of its goals.
+    places: Vec<Vec<usize>>,
+    /// The cycle in which it begins.
+    base: u32,
+    /// Whether it cannot begin later, since others are on their way.
+    is_waited_for: bool,
+    /// Whether nobody may be left.
+    is_of_all: bool,
+    /// The cycle in which it was begun to be looked for.
+    begun: u32,
+    releasing: Releasing,
+}
+
 /// Leads by schedules.
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduled {
     goals: Vec<DVec2>,
+    teams: Vec<Team>,
     speed: f64,
+    partly: Partly,
+    /// How often an order is given again before its departure.
+    repeats: u32,
+    /// The cycles in which these orders are given again.
+    again: Vec<(u32, Order)>,
+    /// What is being planned.
+    planning: Option<Box<Planning>>,
+    /// Cycles that planning among others who move is given.
+    allowance: u32,
+    /// Whether there is no schedule for all who wait.
+    has_failed: bool,
+    /// Whether the last attempt came to nothing, and nobody is on its way.
+    is_stuck: bool,
     /// Empty before the first cycle.
     states: Vec<State>,
     /// How often each has been roused.
     roused: Vec<u32>,
+    /// How many of those who wait have been looked at for whom somebody may be roused.
+    looked: usize,
     /// The cycle of the next attempt to schedule those who wait, and the cycles to the one after it.
     next: u32,
     retry: u32,
 }
 
 impl Scheduled {
-    pub(crate) fn new(goals: Vec<DVec2>, speed: f64) -> Self {
-        Self { goals, speed, states: Vec::new(), roused: Vec::new(), next: 0, retry: RETRY_MIN }
+    pub(crate) fn new(teams: Teams, speed: f64, line: Line) -> Self {
+        let Teams { goals, teams } = teams;
+        // One group has nobody to meet: it can go in parts as well as at once, and with fewer orders than in step.
+        let partly = if teams.len() == 1 { Partly::Allowed } else { Partly::Never };
+        Self {
+            goals,
+            teams,
+            speed,
+            partly,
+            repeats: line.repeats(),
+            again: Vec::new(),
+            planning: None,
+            allowance: 0,
+            has_failed: false,
+            is_stuck: false,
+            states: Vec::new(),
+            roused: Vec::new(),
+            looked: 0,
+            next: 0,
+            retry: RETRY_MIN,
+        }
     }
 
-    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>) -> Vec<Order> {
+    /// Returns the same that lets go whoever can.
+    pub(crate) fn partly(mut self) -> Self {
+        self.partly = Partly::Allowed;
+        self
+    }
+
+    pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
         if self.states.is_empty() {
             self.states = vec![State::Idle { since: 0 }; scene.units.len()];
             self.roused = vec![0; scene.units.len()];
@@ -78,16 +142,66 @@ impl Scheduled {
         let dropped = self.look(scene);
         if dropped > 0 {
             (self.next, self.retry) = (scene.cycle, RETRY_MIN);
+            self.planning = None;
         }
+        self.repeat(scene.cycle, &mut orders);
         let before = orders.len();
         self.stop_those_in_the_way(ground, scene, &mut orders);
         if orders.len() > before {
             self.next = scene.cycle + GRACE;
+            self.planning = None;
         }
-        if scene.cycle >= self.next {
-            self.schedule(ground, scene, &mut orders);
+        if self.planning.is_none() && scene.cycle >= self.next {
+            self.schedule(ground, scene);
         }
+        self.plan(ground, (scene, work), &mut orders);
         orders
+    }
+
+    /// Returns whether the last attempt came to nothing, and nobody is on its way.
+    pub(crate) fn is_stuck(&self) -> bool {
+        self.is_stuck
+    }
+
+    /// From now on lets go whoever can, and tries at once; others have led the units, and to no end.
+    pub(crate) fn go_partly(&mut self, scene: &Scene<'_>) {
+        for (state, seen) in self.states.iter_mut().zip(scene.units) {
+            if let State::Arrived(goal) = state
+                && !is_there(seen.position, self.goals[*goal])
+            {
+                *state = State::Idle { since: scene.cycle };
+            }
+        }
+        self.partly = Partly::Allowed;
+        self.next = scene.cycle;
+    }
+
+    /// Takes in that others have led the units, each to a goal, or to none.
+    pub(crate) fn take_over(&mut self, cycle: u32, goals: &[Option<usize>]) {
+        let state = |goal: &Option<usize>| goal.map_or(State::Idle { since: cycle }, State::Arrived);
+        self.states = goals.iter().map(state).collect();
+        self.again.clear();
+        (self.planning, self.has_failed) = (None, false);
+        (self.next, self.retry, self.is_stuck) = (cycle, RETRY_MIN, false);
+    }
+
+    /// Returns whether everybody has arrived.
+    pub(crate) fn have_all_arrived(&self) -> bool {
+        self.states.iter().all(|state| matches!(state, State::Arrived(_)))
+    }
+
+    /// Gives those orders again whose time it is, if their units are still to depart.
+    fn repeat(&mut self, cycle: u32, orders: &mut Vec<Order>) {
+        let states = &self.states;
+        self.again.retain(|(due, order)| {
+            let is_to_depart =
+                matches!(&states[order.unit], State::Planned(plan) if Some(plan.departure) == order.start);
+            let is_in_time = order.start.is_some_and(|start| start >= f64::from(cycle + LEAD));
+            if *due == cycle && is_to_depart && is_in_time {
+                orders.push(order.clone());
+            }
+            *due > cycle && is_to_depart
+        });
     }
 
     pub(crate) fn progress(&self, unit: usize) -> Progress {
@@ -99,16 +213,22 @@ impl Scheduled {
         }
     }
 
-    /// Takes in who has arrived and who has fallen out of its plan, and returns how many these are.
+    /// Takes in who has arrived, and returns how many have fallen out of their plans, or were moved away from where they had arrived.
     fn look(&mut self, scene: &Scene<'_>) -> usize {
         let now = f64::from(scene.cycle);
         let grace = f64::from(GRACE);
         let mut dropped = 0;
         for (state, seen) in self.states.iter_mut().zip(scene.units) {
-            let State::Planned(plan) = state else { continue };
             if seen.is_moving {
                 continue;
             }
+            if let State::Arrived(goal) = state
+                && !is_there(seen.position, self.goals[*goal])
+            {
+                *state = State::Idle { since: scene.cycle };
+                dropped += 1;
+            }
+            let State::Planned(plan) = state else { continue };
             let goal = self.goals[plan.goal];
             if is_there(seen.position, goal) && now >= plan.arrival - grace {
                 *state = State::Arrived(plan.goal);
@@ -138,6 +258,7 @@ impl Scheduled {
                     // By the time the order applies it may be anywhere up to here.
                     let there = along(&ahead, self.speed * f64::from(GRACE));
                     rests.extend([(scene.units[unit].position, reach), (there, reach)]);
+                    orders.retain(|order| order.unit != unit);
                     orders.push(Order::stop(unit));
                     *state = State::Idle { since: scene.cycle + GRACE };
                 }
@@ -145,8 +266,9 @@ impl Scheduled {
         }
     }
 
-    /// Schedules those who rest without a plan.
-    fn schedule(&mut self, ground: &Ground, scene: &Scene<'_>, orders: &mut Vec<Order>) {
+    /// Begins to schedule those who rest without a plan.
+    fn schedule(&mut self, ground: &Ground, scene: &Scene<'_>) {
+        self.is_stuck = false;
         let is_ready = |unit: &usize| {
             let state = &self.states[*unit];
             matches!(state, State::Idle { since } if *since <= scene.cycle) && !scene.units[*unit].is_moving
@@ -154,31 +276,56 @@ impl Scheduled {
         let mut ready: Vec<usize> = (0..self.states.len()).filter(is_ready).collect();
         let free = self.free_goals();
         self.refuse_unreachable(ground, scene, (&mut ready, &free));
-        if ready.is_empty() || free.is_empty() {
+        let groups = self.groups(scene, &mut ready, &free);
+        if ready.is_empty() {
             self.put_off(scene.cycle);
             return;
         }
-        let groups = self.groups(scene, &mut ready, free);
-        let base = scene.cycle + LEAD;
-        let mut still = scene.others.to_vec();
-        let mut moving = Vec::new();
-        for (unit, (state, seen)) in self.states.iter().zip(scene.units).enumerate() {
-            match state {
-                State::Planned(plan) => {
-                    moving.push(plan.moving(f64::from(base), (self.speed, ground.radius())));
-                }
-                State::Idle { .. } if ready.contains(&unit) => {}
-                State::Idle { .. } | State::Arrived(_) | State::Unreachable => {
-                    still.push(Circle::new(seen.position, ground.radius()));
-                }
-            }
-        }
+        let base = scene.cycle + LEAD + self.repeats + self.allowance;
+        let (still, moving) = self.those_around(ground, scene, (&ready, base));
         let (groups, places): (Vec<Group>, Vec<Vec<usize>>) = groups.into_iter().unzip();
         let request = Request { groups: &groups, speed: self.speed, still: &still, moving: &moving };
-        let is_first = self.states.iter().all(|state| matches!(state, State::Idle { .. }));
-        let all = if is_first { all_walks(ground, &request) } else { None };
+        let is_of_all =
+            !self.has_failed && self.states.iter().all(|state| matches!(state, State::Idle { .. }));
         // The shared way of those who are left may not exist although each of them has one.
-        let walks = all.unwrap_or_else(|| release_some(ground, &request).unwrap_or_default());
+        let releasing = if is_of_all { Releasing::new(&request) } else { Releasing::of_some(&request) };
+        let is_waited_for = !moving.is_empty();
+        self.planning = Some(Box::new(Planning {
+            ready,
+            places,
+            base,
+            is_waited_for,
+            is_of_all,
+            begun: scene.cycle,
+            releasing,
+        }));
+    }
+
+    /// Goes on with what is being planned, and gives the orders when it is done.
+    fn plan(&mut self, ground: &Ground, (scene, work): (&Scene<'_>, &mut Work), orders: &mut Vec<Order>) {
+        let Some(planning) = &mut self.planning else { return };
+        let Some(ended) = planning.releasing.go_on(ground, work) else { return };
+        let Some(planning) = self.planning.take() else { return };
+        let Planning { ready, places, base, is_waited_for, is_of_all, begun, .. } = *planning;
+        let ended = ended.ok().filter(|ended| !is_of_all || ended.stuck.is_none());
+        let earliest = scene.cycle + LEAD + self.repeats;
+        if is_of_all && ended.is_none() {
+            self.has_failed = self.partly == Partly::Allowed;
+            self.is_stuck = self.partly == Partly::Never;
+            if self.is_stuck {
+                self.put_off(scene.cycle);
+            }
+            return;
+        }
+        self.has_failed = false;
+        if is_waited_for && base < earliest {
+            // It took longer than it was given: those who are on their way are elsewhere now.
+            self.allowance = 2 * (scene.cycle - begun);
+            return;
+        }
+        self.allowance = 0;
+        let base = if is_waited_for { base } else { earliest };
+        let walks = ended.map(|ended| ended.walks).unwrap_or_default();
         let places = walks.iter().zip(&places).flat_map(|(walks, places)| walks.iter().map(move |_| places));
         let places: Vec<&Vec<usize>> = places.collect();
         let mut departed = 0;
@@ -187,26 +334,61 @@ impl Scheduled {
             departed += 1;
             self.depart(unit, (places[walk.goal], walk.clone()), (scene, base), orders);
         }
-        if departed == 0 {
-            self.put_off(scene.cycle);
-            if self.rouse(ground, scene, &ready) {
-                self.next = scene.cycle + 1;
-            }
-        } else {
+        if departed > 0 {
             (self.next, self.retry) = (scene.cycle + RETRY_MIN, RETRY_MIN);
+            return;
         }
+        self.put_off(scene.cycle);
+        if self.rouse(ground, (scene, work), &ready) {
+            self.next = scene.cycle + 1;
+        } else {
+            self.is_stuck = !self.states.iter().any(|state| matches!(state, State::Planned(_)));
+        }
+    }
+
+    /// Who rests and who is on its way while those who are ready are scheduled, with times from a cycle on.
+    fn those_around(
+        &self,
+        ground: &Ground,
+        scene: &Scene<'_>,
+        (ready, base): (&[usize], u32),
+    ) -> (Vec<Circle>, Vec<Moving>) {
+        let mut is_to_go = vec![false; self.states.len()];
+        for &unit in ready {
+            is_to_go[unit] = true;
+        }
+        let (mut still, mut moving) = (scene.others.to_vec(), Vec::new());
+        for (unit, (state, seen)) in self.states.iter().zip(scene.units).enumerate() {
+            match state {
+                State::Planned(plan) => {
+                    moving.push(plan.moving(f64::from(base), (self.speed, ground.radius())));
+                }
+                State::Idle { .. } if is_to_go[unit] => {}
+                State::Idle { .. } | State::Arrived(_) | State::Unreachable => {
+                    still.push(Circle::new(seen.position, ground.radius()));
+                }
+            }
+        }
+        (still, moving)
     }
 
     /// Rouses those who have arrived in the way of the first of those who wait; returns whether there are any.
     ///
     /// Goals fill up in another order than was planned where somebody comes late: then the free ones lie behind taken ones.
-    fn rouse(&mut self, ground: &Ground, scene: &Scene<'_>, waiting: &[usize]) -> bool {
+    fn rouse(&mut self, ground: &Ground, (scene, work): (&Scene<'_>, &mut Work), waiting: &[usize]) -> bool {
         let reach = 2.0 * ground.radius() + MARGIN;
         let mut planner = Planner::new(ground);
         let free = self.free_goals();
-        for &unit in waiting {
+        // Who was looked at last time comes last.
+        let first = self.looked % waiting.len();
+        for &unit in waiting[first..].iter().chain(&waiting[..first]) {
+            if !work.is_left() {
+                break;
+            }
+            self.looked += 1;
             let from = scene.units[unit].position;
-            for &goal in &free {
+            for &goal in self.goals_of(unit, &free) {
+                work.add(PATH);
                 let Ok(legs) = planner.path(from, self.goals[goal]) else { continue };
                 let way: Vec<DVec2> = std::iter::once(from).chain(legs.iter().copied()).collect();
                 let is_in_the_way = |other: &usize| {
@@ -232,7 +414,7 @@ impl Scheduled {
         self.retry = (2 * self.retry).min(RETRY_MAX);
     }
 
-    /// The places of goals that nobody has or is going to.
+    /// The places of goals that nobody has or is going to, in their order.
     fn free_goals(&self) -> Vec<usize> {
         let mut is_free = vec![true; self.goals.len()];
         for state in &self.states {
@@ -244,6 +426,12 @@ impl Scheduled {
         (0..self.goals.len()).filter(|&goal| is_free[goal]).collect()
     }
 
+    /// Those of some goals to which a unit may go.
+    fn goals_of<'a>(&self, unit: usize, goals: &'a [usize]) -> &'a [usize] {
+        let team = self.teams.partition_point(|team| team.units.end <= unit);
+        self.teams.get(team).map_or(&[], |team| team.part_of(goals))
+    }
+
     /// Takes out those who have no way to any free goal.
     fn refuse_unreachable(
         &mut self,
@@ -252,12 +440,15 @@ impl Scheduled {
         (ready, free): (&mut Vec<usize>, &[usize]),
     ) {
         let mut planner = Planner::new(ground);
-        let goals = free.iter().map(|&goal| self.goals[goal]).filter(|&goal| ground.holds(goal));
-        let goals: Vec<DVec2> = goals.collect();
         ready.retain(|&unit| {
             let from = scene.units[unit].position;
-            let is_reachable = goals.iter().any(|&goal| planner.connects(from, goal));
-            if !is_reachable && !free.is_empty() {
+            let goals = self.goals_of(unit, free);
+            let is_reachable = |&goal: &usize| {
+                let goal = self.goals[goal];
+                ground.holds(goal) && planner.connects(from, goal)
+            };
+            let is_reachable = goals.iter().any(is_reachable);
+            if !is_reachable && !goals.is_empty() {
                 self.states[unit] = State::Unreachable;
             }
             is_reachable
@@ -265,24 +456,49 @@ impl Scheduled {
     }
 
     /// The units that are ready as groups, with as many goals, and the places of these: those that are nearest. Leaves as many ready
-    /// as there are goals.
-    fn groups(
+    /// of each team as there are goals for it.
+    fn groups(&self, scene: &Scene<'_>, ready: &mut Vec<usize>, free: &[usize]) -> Vec<(Group, Vec<usize>)> {
+        let mut groups = Vec::new();
+        let mut kept = Vec::new();
+        for team in &self.teams {
+            let (mut units, mut goals) = (team.members_of(ready).to_vec(), team.part_of(free).to_vec());
+            if team.whose == Goals::Own {
+                let goal_of = |unit: usize| team.goals.start + (unit - team.units.start);
+                units.retain(|&unit| goals.binary_search(&goal_of(unit)).is_ok());
+                goals = units.iter().map(|&unit| goal_of(unit)).collect();
+            }
+            units.truncate(goals.len());
+            if !units.is_empty() {
+                groups.extend(self.groups_of(scene, (&units, goals), team.whose));
+                kept.extend(units);
+            }
+        }
+        *ready = kept;
+        groups
+    }
+
+    /// Units of one team as one group, or as many.
+    fn groups_of(
         &self,
         scene: &Scene<'_>,
-        ready: &mut Vec<usize>,
-        mut free: Vec<usize>,
+        (units, mut free): (&[usize], Vec<usize>),
+        whose: Goals,
     ) -> Vec<(Group, Vec<usize>)> {
-        ready.truncate(free.len());
-        let starts: Vec<DVec2> = ready.iter().map(|&unit| scene.units[unit].position).collect();
-        let middle = starts.iter().sum::<DVec2>() / starts.len() as f64;
-        let distance = |goal: usize| self.goals[goal].distance_squared(middle);
-        free.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
-        free.truncate(ready.len());
-        let goals: Vec<DVec2> = free.iter().map(|&goal| self.goals[goal]).collect();
-        if ready.len() >= GROUP_MIN {
-            return vec![(Group { starts, goals, whose: Goals::Interchangeable }, free)];
+        let starts: Vec<DVec2> = units.iter().map(|&unit| scene.units[unit].position).collect();
+        if whose == Goals::Interchangeable {
+            let middle = starts.iter().sum::<DVec2>() / starts.len() as f64;
+            let distance = |goal: usize| self.goals[goal].distance_squared(middle);
+            free.sort_by(|&a, &b| distance(a).total_cmp(&distance(b)).then(a.cmp(&b)));
+            free.truncate(starts.len());
         }
-        let places = by_distance(&starts, &goals);
+        let goals: Vec<DVec2> = free.iter().map(|&goal| self.goals[goal]).collect();
+        if starts.len() >= GROUP_MIN {
+            return vec![(Group { starts, goals, whose }, free)];
+        }
+        let places = match whose {
+            Goals::Interchangeable => by_distance(&starts, &goals),
+            Goals::Own => (0..starts.len()).collect(),
+        };
         let single = |(&start, &place): (&DVec2, &usize)| {
             let group = Group { starts: vec![start], goals: vec![goals[place]], whose: Goals::Own };
             (group, vec![free[place]])
@@ -306,7 +522,9 @@ impl Scheduled {
         legs.truncate(LEGS_MAX);
         let departure = f64::from(base) + walk.departure;
         let arrival = departure + length(from, &legs) / self.speed;
-        orders.push(Order { unit, legs: legs.clone(), start: Some(departure) });
+        let order = Order { unit, legs: legs.clone(), start: Some(departure) };
+        self.again.extend((1..=self.repeats).map(|later| (scene.cycle + later, order.clone())));
+        orders.push(order);
         self.states[unit] = State::Planned(Plan { goal, from, legs, departure, arrival });
     }
 }
@@ -334,12 +552,6 @@ impl Plan {
     fn moving(&self, base: f64, (speed, radius): (f64, f64)) -> Moving {
         Moving { from: self.from, legs: self.legs.clone(), departure: self.departure - base, speed, radius }
     }
-}
-
-/// Schedules all, if all can go.
-fn all_walks(ground: &Ground, request: &Request<'_>) -> Option<Vec<Vec<Option<Walk>>>> {
-    let schedule = release(ground, request).ok()?;
-    Some(schedule.walks.into_iter().map(|walks| walks.into_iter().map(Some).collect()).collect())
 }
 
 /// Whether a way leads nearer to a point than so many world units; but for its first point, if it moves away from there.

@@ -1,9 +1,10 @@
 //! The places between which agents step.
 
 use glam::DVec2;
+use maniple_geometry::{Circle, Segment};
 use thiserror::Error;
 
-use crate::Ground;
+use crate::{Ground, MARGIN};
 
 /// Largest radius of circles that can walk any plan in step, in world units: √2/4 of the pitch of 1, rounded down so that the
 /// rounding of a world never decides.
@@ -45,12 +46,36 @@ impl Place {
     }
 }
 
+/// Which middles of tiles are places: every so many columns and rows, from the first of them on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Raster {
+    /// Tiles from one to the next; at least 1.
+    pub(crate) pitch: u32,
+    /// The column and the row of the first; less than the pitch.
+    pub(crate) first: (u32, u32),
+}
+
+impl Raster {
+    /// All tiles.
+    const WHOLE: Self = Self { pitch: 1, first: (0, 0) };
+
+    /// Returns all rasters of the finest pitch on which circles of a radius can go in step.
+    pub(crate) fn finest(radius: f64) -> Vec<Self> {
+        let pitch = (1..).find(|&pitch| radius <= RADIUS_IN_STEP_MAX * f64::from(pitch));
+        let pitch = pitch.expect("a radius has a limit");
+        let all = (0..pitch).flat_map(|y| (0..pitch).map(move |x| (x, y)));
+        all.map(|first| Self { pitch, first }).collect()
+    }
+}
+
 /// The middles of tiles in which a circle has room, and the straight steps between them that are clear of every wall. Never
 /// changes.
 #[derive(Clone, Debug)]
 pub struct Board {
+    /// In places, as the height.
     width: u32,
     height: u32,
+    raster: Raster,
     radius: f64,
     /// The place of each tile, or [`NONE`].
     of_tile: Vec<u32>,
@@ -67,22 +92,33 @@ impl Board {
     /// # Errors
     /// A radius above [`RADIUS_IN_STEP_MAX`].
     pub fn new(ground: &Ground) -> Result<Self, BoardError> {
+        Self::on(ground, Raster::WHOLE, &[])
+    }
+
+    /// Returns the board of every so many tiles, without the places and steps where others are in the way.
+    ///
+    /// # Errors
+    /// A radius above [`RADIUS_IN_STEP_MAX`] of the pitch.
+    pub(crate) fn on(ground: &Ground, raster: Raster, others: &[Circle]) -> Result<Self, BoardError> {
         let radius = ground.radius();
-        if radius > RADIUS_IN_STEP_MAX {
+        if radius > RADIUS_IN_STEP_MAX * f64::from(raster.pitch) {
             return Err(BoardError::Radius { radius });
         }
-        let (width, height) = ground.size();
+        let size = ground.size();
+        let count = |tiles: u32, first: u32| tiles.saturating_sub(first).div_ceil(raster.pitch);
+        let (width, height) = (count(size.0, raster.first.0), count(size.1, raster.first.1));
         let mut board = Self {
             width,
             height,
+            raster,
             radius,
             of_tile: vec![NONE; width as usize * height as usize],
             tiles: Vec::new(),
             first: vec![0],
             neighbours: Vec::new(),
         };
-        board.number_places(ground);
-        board.connect(ground);
+        board.number_places(ground, others);
+        board.connect(ground, others);
         Ok(board)
     }
 
@@ -109,7 +145,7 @@ impl Board {
         (0..u32::try_from(self.len()).expect("there are fewer places than tiles")).map(Place)
     }
 
-    /// Returns the place in column `x` and row `y` of the map; `None` where there is none.
+    /// Returns the place in column `x` and row `y`, those of the map; `None` where there is none.
     #[must_use]
     pub fn place(&self, x: u32, y: u32) -> Option<Place> {
         if x >= self.width || y >= self.height {
@@ -130,7 +166,28 @@ impl Board {
     #[must_use]
     pub fn point(&self, place: Place) -> DVec2 {
         let (x, y) = self.tile(place);
-        DVec2::new(f64::from(x), f64::from(y)) + 0.5
+        self.middle(x, y)
+    }
+
+    /// Returns how far a step leads, in world units.
+    pub(crate) fn pitch(&self) -> f64 {
+        f64::from(self.raster.pitch)
+    }
+
+    /// Returns the places within so many columns and rows of the one that is nearest to a point.
+    pub(crate) fn places_around(&self, point: DVec2, columns: u32) -> impl Iterator<Item = Place> {
+        let first = self.middle(0, 0);
+        let near = ((point - first) / self.pitch()).round();
+        let range = move |near: f64, count: u32| {
+            (0..count).filter(move |&index| (f64::from(index) - near).abs() <= f64::from(columns))
+        };
+        let rows = range(near.y, self.height);
+        rows.flat_map(move |y| range(near.x, self.width).filter_map(move |x| self.place(x, y)))
+    }
+
+    fn middle(&self, x: u32, y: u32) -> DVec2 {
+        let Raster { pitch, first } = self.raster;
+        DVec2::new(f64::from(first.0 + x * pitch), f64::from(first.1 + y * pitch)) + 0.5
     }
 
     /// Returns the places to which a step leads, at most four, in their order.
@@ -140,11 +197,11 @@ impl Board {
         &self.neighbours[self.first[index] as usize..self.first[index + 1] as usize]
     }
 
-    fn number_places(&mut self, ground: &Ground) {
+    fn number_places(&mut self, ground: &Ground, others: &[Circle]) {
         let mut count = 0;
         for (tile, index) in (0..).zip(0..self.of_tile.len()) {
-            let middle = DVec2::new(f64::from(tile % self.width), f64::from(tile / self.width)) + 0.5;
-            if ground.holds(middle) {
+            let middle = self.middle(tile % self.width, tile / self.width);
+            if ground.holds(middle) && !self.is_near((middle, middle), others) {
                 self.of_tile[index] = count;
                 self.tiles.push(tile);
                 count += 1;
@@ -152,7 +209,16 @@ impl Board {
         }
     }
 
-    fn connect(&mut self, ground: &Ground) {
+    /// Whether a circle that goes straight from one point to another comes too near to somebody.
+    fn is_near(&self, (from, to): (DVec2, DVec2), others: &[Circle]) -> bool {
+        let line: Segment = Segment::new(from, to);
+        others.iter().any(|other| {
+            let reach = self.radius + other.radius + MARGIN;
+            line.nearest(other.center).distance_squared(other.center) < reach * reach
+        })
+    }
+
+    fn connect(&mut self, ground: &Ground, others: &[Circle]) {
         self.first.reserve_exact(self.tiles.len());
         for place in self.places() {
             let (x, y) = self.tile(place);
@@ -165,7 +231,7 @@ impl Board {
             for next in around.into_iter().flatten() {
                 // Asked from the lower to the higher, so that the answer is one for both.
                 let (from, to) = (self.point(place.min(next)), self.point(place.max(next)));
-                if ground.is_clear(from, to) {
+                if ground.is_clear(from, to) && !self.is_near((from, to), others) {
                     self.neighbours.push(next);
                 }
             }

@@ -38,6 +38,30 @@ impl Distances {
         Self { places, of_agent, tables }
     }
 
+    /// Returns the distances to no goal yet.
+    pub(crate) fn none(board: &Board) -> Self {
+        Self { places: board.len(), of_agent: Vec::new(), tables: Vec::new() }
+    }
+
+    /// Adds an agent and the distances to its goal.
+    pub(crate) fn push(&mut self, board: &Board, goal: Place) {
+        let begin = self.tables.len();
+        self.of_agent.push(begin);
+        self.tables.resize(begin + self.places, FAR);
+        flood(board, goal, &mut self.tables[begin..], &mut Vec::new());
+    }
+
+    /// Returns how many agents there are.
+    pub(crate) fn agents(&self) -> usize {
+        self.of_agent.len()
+    }
+
+    /// Returns the distances of agents each of which has the goal of one of these.
+    pub(crate) fn shared_out(mut self, goals: &[usize]) -> Self {
+        self.of_agent = goals.iter().map(|&goal| self.of_agent[goal]).collect();
+        self
+    }
+
     /// Returns how many tables there are: one for each different goal.
     #[must_use]
     pub fn tables(&self) -> usize {

@@ -19,6 +19,16 @@ struct Slot {
 
 const EMPTY: Slot = Slot { before: NOBODY, after: NOBODY };
 
+/// Whether agents may all follow each other around a ring in one step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rings {
+    /// They may, as all begin at the same moment.
+    Allowed,
+    /// They may not: somebody always leaves for a place that nobody has to leave first, so that steps can be walked one after the
+    /// other, each when those before it have been seen.
+    Avoided,
+}
+
 /// What a step is made from.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scene<'a> {
@@ -71,6 +81,7 @@ enum Choice {
 /// LaCAM for Scalable Eventually Optimal Multi-Agent Pathfinding*, 2023. Keeps its memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Generator {
+    rings: Rings,
     slots: Vec<Slot>,
     /// Where the agents go; [`Place::NOWHERE`] while that is open.
     next: Vec<Place>,
@@ -78,8 +89,9 @@ pub(crate) struct Generator {
 }
 
 impl Generator {
-    pub(crate) fn new(board: &Board, agents: usize) -> Self {
-        Self { slots: vec![EMPTY; board.len()], next: vec![Place::NOWHERE; agents], choosers: Vec::new() }
+    pub(crate) fn new(board: &Board, agents: usize, rings: Rings) -> Self {
+        let (slots, next) = (vec![EMPTY; board.len()], vec![Place::NOWHERE; agents]);
+        Self { rings, slots, next, choosers: Vec::new() }
     }
 
     /// Begins a step.
@@ -174,6 +186,27 @@ impl Generator {
             && (slot.before == NOBODY
                 || self.next[slot.before as usize] != scene.at(agent)
                 || slot.before == agent)
+            && (self.rings == Rings::Allowed || !self.closes_a_ring(scene, agent, place))
+    }
+
+    /// Whether who is in a place goes where another is, and so on, up to where the agent is.
+    fn closes_a_ring(&self, scene: &Scene<'_>, agent: u32, mut place: Place) -> bool {
+        let start = scene.at(agent);
+        while place != start {
+            let occupant = self.occupant(place);
+            if occupant == NOBODY {
+                return false;
+            }
+            let next = self.next[occupant as usize];
+            if next == Place::NOWHERE || next == place {
+                return false;
+            }
+            place = next;
+            if place == start {
+                return true;
+            }
+        }
+        false
     }
 
     fn try_next(&mut self, scene: &Scene<'_>) -> Choice {
@@ -204,6 +237,7 @@ impl Generator {
             && chooser.partner != NOBODY
             && !self.has_chosen(chooser.partner)
             && self.slots[left.index()].after == NOBODY
+            && (self.rings == Rings::Allowed || !self.closes_a_ring(scene, chooser.partner, left))
         {
             self.take(chooser.partner, left);
         }

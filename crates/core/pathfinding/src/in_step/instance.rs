@@ -66,6 +66,15 @@ pub enum InstanceError {
     },
 }
 
+/// What a search looks at: see [`Instance`].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Problem<'a> {
+    pub(crate) board: &'a Board,
+    pub(crate) starts: &'a [Place],
+    pub(crate) goals: &'a [Place],
+    pub(crate) distances: &'a Distances,
+}
+
 /// Agents on a board, each with a start and a goal of its own that it can reach, and the distances to the goals.
 #[derive(Clone, Debug)]
 pub struct Instance<'a> {
@@ -135,6 +144,10 @@ impl<'a> Instance<'a> {
     #[must_use]
     pub fn distances(&self) -> &Distances {
         &self.distances
+    }
+
+    pub(crate) fn problem(&self) -> Problem<'_> {
+        Problem { board: self.board, starts: &self.starts, goals: &self.goals, distances: &self.distances }
     }
 
     /// Returns a lower bound of the sum of costs of any plan: the sum of all distances.

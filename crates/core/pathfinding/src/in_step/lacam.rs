@@ -3,8 +3,8 @@
 use hashbrown::HashTable;
 
 use crate::in_step::board::Place;
-use crate::in_step::generator::{Generator, Scene};
-use crate::in_step::instance::Instance;
+use crate::in_step::generator::{Generator, Rings, Scene};
+use crate::in_step::instance::{Instance, Problem};
 use crate::in_step::keyed::keyed;
 use crate::in_step::plan::Plan;
 use crate::in_step::priorities::{Priorities, ranks};
@@ -42,7 +42,20 @@ struct Constraint {
 /// depth first through configurations; what follows one is made by priority inheritance under ever more constraints, each of
 /// which sends one agent more to a place. All successors come in the end, so a plan is found if there is one.
 pub(crate) struct Lacam<'a> {
-    instance: &'a Instance<'a>,
+    problem: Problem<'a>,
+    tree: Tree,
+}
+
+impl<'a> Lacam<'a> {
+    pub(crate) fn new(instance: &'a Instance<'a>, seed: u64) -> Self {
+        let problem = instance.problem();
+        Self { problem, tree: Tree::new(problem, Rings::Allowed, seed) }
+    }
+}
+
+/// What the search knows, without the problem: it is given again whenever the search goes on.
+#[derive(Clone, Debug)]
+pub(crate) struct Tree {
     seed: u64,
     generator: Generator,
     ranks: Vec<u32>,
@@ -58,13 +71,12 @@ pub(crate) struct Lacam<'a> {
     expanded: u64,
 }
 
-impl<'a> Lacam<'a> {
-    pub(crate) fn new(instance: &'a Instance<'a>, seed: u64) -> Self {
-        let ranks = ranks(instance.distances(), instance.starts());
+impl Tree {
+    pub(crate) fn new(problem: Problem<'_>, rings: Rings, seed: u64) -> Self {
+        let ranks = ranks(problem.distances, problem.starts);
         let mut search = Self {
-            instance,
             seed,
-            generator: Generator::new(instance.board(), instance.agents()),
+            generator: Generator::new(problem.board, problem.starts.len(), rings),
             ranks,
             nodes: Vec::new(),
             constraints: Vec::new(),
@@ -76,20 +88,20 @@ impl<'a> Lacam<'a> {
             expanded: 0,
         };
         let mut priorities = Priorities::new(&search.ranks);
-        priorities.count(instance.distances(), instance.starts(), &search.ranks);
-        search.add(NONE, instance.starts(), &priorities);
+        priorities.count(problem.distances, problem.starts, &search.ranks);
+        search.add(NONE, problem.starts, &priorities);
         search
     }
 
     /// Makes one configuration that may follow the last one, under the next constraint.
-    fn expand(&mut self, node: u32) {
+    fn expand(&mut self, problem: Problem<'_>, node: u32) {
         let Some(constraint) = self.next_constraint(node) else {
             self.open.pop();
             return;
         };
         self.expanded += 1;
-        self.refine(node, constraint);
-        let Some(places) = self.successor(node, constraint) else { return };
+        self.refine(problem, node, constraint);
+        let Some(places) = self.successor(problem, node, constraint) else { return };
         if let Some(known) = self.find(&places) {
             self.open.push(known);
             return;
@@ -97,13 +109,13 @@ impl<'a> Lacam<'a> {
         let range = self.range(node);
         let mut priorities =
             Priorities { waited: self.waited[range.clone()].to_vec(), order: self.order[range].to_vec() };
-        priorities.count(self.instance.distances(), &places, &self.ranks);
+        priorities.count(problem.distances, &places, &self.ranks);
         self.add(node, &places, &priorities);
     }
 
     /// Where the data of a configuration are.
     fn range(&self, node: u32) -> std::ops::Range<usize> {
-        let agents = self.instance.agents();
+        let agents = self.ranks.len();
         node as usize * agents..(node as usize + 1) * agents
     }
 
@@ -117,8 +129,8 @@ impl<'a> Lacam<'a> {
             node,
             Constraint { parent: NONE, agent: 0, place: Place::NOWHERE, depth: 0, next: NONE },
         );
-        let Self { known, places: all, instance, .. } = self;
-        let agents = instance.agents();
+        let Self { known, places: all, ranks, .. } = self;
+        let agents = ranks.len();
         let places_of = |node: u32| &all[node as usize * agents..(node as usize + 1) * agents];
         known.insert_unique(hash_of(places), node, |&node| hash_of(places_of(node)));
         self.open.push(node);
@@ -155,14 +167,14 @@ impl<'a> Lacam<'a> {
     }
 
     /// Adds the constraints that follow one: the next agent, and each place to which it can go.
-    fn refine(&mut self, node: u32, parent: u32) {
+    fn refine(&mut self, problem: Problem<'_>, node: u32, parent: u32) {
         let depth = self.constraints[parent as usize].depth;
-        if depth as usize == self.instance.agents() {
+        if depth as usize == self.ranks.len() {
             return;
         }
         let agent = self.order[self.range(node)][depth as usize];
         let now = self.places[self.range(node)][agent as usize];
-        let mut choices: Vec<Place> = self.instance.board().neighbours(now).to_vec();
+        let mut choices: Vec<Place> = problem.board.neighbours(now).to_vec();
         choices.push(now);
         choices.sort_by_key(|place| keyed(self.seed, u64::from(place.0), self.expanded));
         for place in choices {
@@ -171,12 +183,12 @@ impl<'a> Lacam<'a> {
     }
 
     /// Returns a configuration that follows a node and keeps to a constraint; `None` where none was found.
-    fn successor(&mut self, node: u32, constraint: u32) -> Option<Vec<Place>> {
+    fn successor(&mut self, problem: Problem<'_>, node: u32, constraint: u32) -> Option<Vec<Place>> {
         let range = self.range(node);
         let now = &self.places[range.clone()];
         let scene = Scene {
-            board: self.instance.board(),
-            distances: self.instance.distances(),
+            board: problem.board,
+            distances: problem.distances,
             now,
             seed: self.seed,
             step: self.expanded,
@@ -198,38 +210,47 @@ impl<'a> Lacam<'a> {
     }
 
     /// The plan from the starts to a configuration.
-    fn plan(&self, node: u32) -> Plan {
+    fn plan(&self, problem: Problem<'_>, node: u32) -> Plan {
         let mut nodes = vec![node];
         while let Some(&last) = nodes.last().filter(|&&last| self.nodes[last as usize].parent != NONE) {
             nodes.push(self.nodes[last as usize].parent);
         }
-        let mut plan = Plan::standing(self.instance.starts());
+        let mut plan = Plan::standing(problem.starts);
         for &node in nodes.iter().rev().skip(1) {
             plan.push(&self.places[self.range(node)]);
         }
         plan
     }
-}
 
-impl Search for Lacam<'_> {
-    fn advance(&mut self, budget: u64) -> Option<Outcome> {
+    /// Expands at most so many states more, and returns how the search ended; `None` where it goes on.
+    pub(crate) fn advance(&mut self, problem: Problem<'_>, budget: u64) -> Option<Outcome> {
         let end = self.expanded.saturating_add(budget);
         while let Some(&node) = self.open.last() {
-            if self.places[self.range(node)] == *self.instance.goals() {
-                return Some(Outcome::Solved(self.plan(node)));
+            if self.places[self.range(node)] == *problem.goals {
+                return Some(Outcome::Solved(self.plan(problem, node)));
             }
-            if self.places.len() + self.instance.agents() > PLACES_MAX {
+            if self.places.len() + self.ranks.len() > PLACES_MAX {
                 return Some(Outcome::Stuck);
             }
             if self.expanded == end {
                 return None;
             }
-            self.expand(node);
+            self.expand(problem, node);
         }
         Some(Outcome::Unsolvable)
     }
 
-    fn expanded(&self) -> u64 {
+    pub(crate) fn expanded(&self) -> u64 {
         self.expanded
+    }
+}
+
+impl Search for Lacam<'_> {
+    fn advance(&mut self, budget: u64) -> Option<Outcome> {
+        self.tree.advance(self.problem, budget)
+    }
+
+    fn expanded(&self) -> u64 {
+        self.tree.expanded()
     }
 }

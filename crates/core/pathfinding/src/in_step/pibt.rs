@@ -2,7 +2,7 @@
 
 use crate::in_step::board::{Board, Place};
 use crate::in_step::distances::Distances;
-use crate::in_step::generator::{Generator, Scene};
+use crate::in_step::generator::{Generator, Rings, Scene};
 use crate::in_step::instance::Instance;
 use crate::in_step::plan::Plan;
 use crate::in_step::priorities::{Priorities, ranks};
@@ -26,12 +26,22 @@ impl<'a> Pibt<'a> {
     /// Returns what moves agents from their places; the seed decides ties.
     #[must_use]
     pub fn new(board: &'a Board, distances: &Distances, places: &[Place], seed: u64) -> Self {
+        Self::with_rings((board, Rings::Allowed), distances, places, seed)
+    }
+
+    /// Returns the same, with or without rings of agents that follow each other.
+    pub(crate) fn with_rings(
+        (board, rings): (&'a Board, Rings),
+        distances: &Distances,
+        places: &[Place],
+        seed: u64,
+    ) -> Self {
         let ranks = ranks(distances, places);
         Self {
             board,
             seed,
             step: 0,
-            generator: Generator::new(board, places.len()),
+            generator: Generator::new(board, places.len(), rings),
             priorities: Priorities::new(&ranks),
             ranks,
             now: places.to_vec(),

@@ -11,22 +11,56 @@ const AT_ONCE_MAX: usize = 96;
 /// Turpin, Michael and Kumar, *CAPT: Concurrent Assignment and Planning of Trajectories for Multiple Robots*, IJRR 33,
 /// 2014: with squared distances, circles that are far enough apart at both ends and leave and arrive together never meet.
 pub(crate) fn by_distance(starts: &[DVec2], goals: &[DVec2]) -> Vec<usize> {
-    let mut assigned = vec![0; starts.len()];
-    let mut from: Vec<usize> = (0..starts.len()).collect();
-    let mut to: Vec<usize> = (0..starts.len()).collect();
-    halve((starts, &mut from), (goals, &mut to), &mut assigned);
-    assigned
+    let mut assignment = Assignment::new(starts, goals);
+    while assignment.advance(|start, goal| starts[start].distance_squared(goals[goal])).is_some() {}
+    assignment.assigned
+}
+
+/// An assignment of starts to as many goals that is made part by part: the sum of some costs is the smallest for few, and for many that of
+/// halves that lie together.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Assignment {
+    /// For each start the place of its goal.
+    pub(crate) assigned: Vec<usize>,
+    /// The starts and as many goals that are left to be assigned to each other.
+    parts: Vec<(Vec<usize>, Vec<usize>)>,
+}
+
+impl Assignment {
+    pub(crate) fn new(starts: &[DVec2], goals: &[DVec2]) -> Self {
+        let mut from: Vec<usize> = (0..starts.len()).collect();
+        let mut to: Vec<usize> = (0..starts.len()).collect();
+        let mut parts = Vec::new();
+        halve((starts, &mut from), (goals, &mut to), &mut parts);
+        Self { assigned: vec![0; starts.len()], parts }
+    }
+
+    /// Assigns the starts of one part more, and returns how many looks that took at most; `None` where all are assigned.
+    pub(crate) fn advance(&mut self, cost: impl Fn(usize, usize) -> f64) -> Option<u64> {
+        let (from, to) = self.parts.pop()?;
+        let count = from.len();
+        let costs: Vec<f64> = from
+            .iter()
+            .flat_map(|&start| to.iter().map(move |&goal| (start, goal)))
+            .map(|(start, goal)| cost(start, goal))
+            .collect();
+        for (row, column) in
+            cheapest(count, |row, column| costs[row * count + column]).into_iter().enumerate()
+        {
+            self.assigned[from[row]] = to[column];
+        }
+        Some((count as u64).pow(2) + (count as u64).pow(3) / 8)
+    }
 }
 
 fn halve(
     (starts, from): (&[DVec2], &mut [usize]),
     (goals, to): (&[DVec2], &mut [usize]),
-    assigned: &mut [usize],
+    parts: &mut Vec<(Vec<usize>, Vec<usize>)>,
 ) {
     if from.len() <= AT_ONCE_MAX {
-        let cost = |row: usize, column: usize| starts[from[row]].distance_squared(goals[to[column]]);
-        for (row, column) in cheapest(from.len(), cost).into_iter().enumerate() {
-            assigned[from[row]] = to[column];
+        if !from.is_empty() {
+            parts.push((from.to_vec(), to.to_vec()));
         }
         return;
     }
@@ -45,8 +79,8 @@ fn halve(
     to.sort_unstable_by(|&a, &b| by(goals, a, b));
     let middle = from.len() / 2;
     let ((first, rest), (goals_first, goals_rest)) = (from.split_at_mut(middle), to.split_at_mut(middle));
-    halve((starts, first), (goals, goals_first), assigned);
-    halve((starts, rest), (goals, goals_rest), assigned);
+    halve((starts, first), (goals, goals_first), parts);
+    halve((starts, rest), (goals, goals_rest), parts);
 }
 
 /// How far apart the points with these places are along an axis.

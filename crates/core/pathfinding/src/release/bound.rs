@@ -65,7 +65,7 @@ pub fn throughput_max(ground: &Ground, group: &Group, speed: f64) -> Result<Opti
 fn trunk(planner: &mut Planner<'_>, group: &Group) -> Result<Trunk, PlanError> {
     let ground = planner.ground();
     let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
-    let lanes_of = |legs: &[DVec2]| Lanes::new(ground, from, legs, 2.0 * ground.radius());
+    let lanes_of = |path: &[DVec2]| Lanes::new(ground, group, path, 2.0 * ground.radius());
     Trunk::new(planner, (from, to), lanes_of)
 }
 

@@ -15,21 +15,24 @@ pub(crate) struct Span {
 }
 
 /// Puts behind `spans` when one circle must not depart, counted from the departure of another, lest their centres come
-/// nearer than `reach` to each other. Spans may overlap.
-pub(crate) fn forbid(one: &Trajectory, other: &Trajectory, reach: f64, spans: &mut Vec<Span>) {
+/// nearer than `reach` to each other. Spans may overlap. Returns how many pairs were looked at.
+pub(crate) fn forbid(one: &Trajectory, other: &Trajectory, reach: f64, spans: &mut Vec<Span>) -> u64 {
+    let mut looks = 1;
     if one.whole().is_far(other.whole(), reach) {
-        return;
+        return looks;
     }
     for a in one.pieces() {
         if a.is_far(other.whole(), reach) {
             continue;
         }
+        looks += other.pieces().len() as u64;
         for b in other.pieces() {
             if !a.is_far(b, reach) {
                 spans.extend(forbidden(a, b, reach));
             }
         }
     }
+    looks
 }
 
 /// Returns when `a` must not begin its trajectory, counted from the beginning of that of `b`; `None` where the two never

@@ -2,15 +2,15 @@
 
 use glam::DVec2;
 
-use super::assign::{Sight, by_distance, lanes};
+use super::assign::{Assignment, Sight, lanes};
 use super::error::ReleaseError;
 use super::lanes::Lanes;
 use super::schedule::{Goals, Group};
 use super::trajectory::Trajectory;
 use super::trunk::Trunk;
-use crate::error::PlanError;
 use crate::ground::MARGIN;
 use crate::planner::Planner;
+use crate::work::PATH;
 
 /// A circle that is to go.
 #[derive(Clone, Debug)]
@@ -49,138 +49,207 @@ pub(crate) struct Ends {
     pub(crate) goals: Vec<Goal>,
     /// The goals of each stream, those that are to be taken first before the others.
     pub(crate) streams: Vec<Vec<usize>>,
-    /// How many lanes fewer than fit are taken.
-    fewer_lanes: usize,
 }
 
-impl Ends {
-    /// Returns no ends yet; through narrow places lead so many lanes fewer than let most circles through, but at least one.
-    pub(crate) fn new(fewer_lanes: usize) -> Self {
-        Self { fewer_lanes, ..Self::default() }
-    }
+/// A group that is taken in circle by circle.
+#[derive(Clone, Debug)]
+pub(crate) struct Adding {
+    number: usize,
+    trunk: Trunk,
+    /// How the starts and the goals look from the narrow place, as far as it was looked.
+    starts: Vec<Sight>,
+    goals: Vec<Sight>,
+    /// The lanes of the circles and of the goals.
+    start_lanes: Vec<usize>,
+    goal_lanes: Vec<usize>,
+    /// Who goes to which goal where nothing is narrow.
+    assignment: Option<Assignment>,
+    /// Where its ends begin among those of all.
+    first: usize,
+    first_goal: usize,
+    first_stream: usize,
+}
 
-    /// Takes in a group.
-    pub(crate) fn add(
-        &mut self,
+impl Adding {
+    /// Begins to take in a group; through narrow places lead so many lanes fewer than let most circles through, but at least one.
+    /// `None` for a group of nobody.
+    pub(crate) fn new(
         planner: &mut Planner<'_>,
-        number: usize,
-        group: &Group,
-    ) -> Result<(), ReleaseError> {
+        (number, group): (usize, &Group),
+        fewer_lanes: usize,
+        ends: &Ends,
+    ) -> Result<Option<Self>, ReleaseError> {
         let (circles, goals) = (group.starts.len(), group.goals.len());
         if circles != goals {
             return Err(ReleaseError::Goals { group: number, circles, goals });
         }
         if circles == 0 {
-            return Ok(());
+            return Ok(None);
         }
         let ground = planner.ground();
         let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
-        let lanes_of = |legs: &[DVec2]| {
+        let lanes_of = |path: &[DVec2]| {
             if circles == 1 {
                 return Lanes::none();
             }
-            Lanes::new(ground, from, legs, 2.0 * ground.radius() + MARGIN).without(self.fewer_lanes)
+            Lanes::new(ground, group, path, 2.0 * ground.radius() + MARGIN).without(fewer_lanes)
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
-        let first = self.starts.len();
-        if trunk.is_narrow() {
-            self.add_through(planner, (number, group), &trunk)?;
-        } else {
-            self.add_free(planner, (number, group), &trunk)?;
-        }
-        self.starts[first..].sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));
-        Ok(())
+        Ok(Some(Self {
+            number,
+            trunk,
+            starts: Vec::new(),
+            goals: Vec::new(),
+            start_lanes: Vec::new(),
+            goal_lanes: Vec::new(),
+            assignment: None,
+            first: ends.starts.len(),
+            first_goal: ends.goals.len(),
+            first_stream: ends.streams.len(),
+        }))
     }
 
-    /// Takes in a group that goes through a narrow place: a stream for each lane.
-    fn add_through(
+    /// Does one part more, and returns how many looks it took; `None` where all is done.
+    pub(crate) fn advance(
         &mut self,
         planner: &mut Planner<'_>,
-        (number, group): (usize, &Group),
-        trunk: &Trunk,
+        group: &Group,
+        ends: &mut Ends,
+    ) -> Result<Option<u64>, ReleaseError> {
+        let circles = group.starts.len();
+        if let Some(&start) = group.starts.get(self.starts.len()) {
+            self.starts.push(self.trunk.sight_of_start(planner, start)?);
+            return Ok(Some(PATH));
+        }
+        if !self.trunk.is_narrow() {
+            return self.add_free(planner, group, ends);
+        }
+        if let Some(&goal) = group.goals.get(self.goals.len()) {
+            self.goals.push(self.trunk.sight_of_goal(planner, goal)?);
+            return Ok(Some(PATH));
+        }
+        let (starts, goals) = (ends.starts.len() - self.first, ends.goals.len() - self.first_goal);
+        if starts < circles {
+            self.add_start(planner, (group, starts), ends)?;
+        } else if goals < circles {
+            self.add_goal(planner, (group, goals), ends)?;
+        } else {
+            for goals_of in &mut ends.streams[self.first_stream..] {
+                let distance = |&goal: &usize| self.goals[ends.goals[goal].index].distance;
+                goals_of.sort_by(|a, b| distance(b).total_cmp(&distance(a)).then(a.cmp(b)));
+            }
+            self.sort(ends);
+            return Ok(None);
+        }
+        Ok(Some(PATH))
+    }
+
+    /// How many lanes lead through the narrow place.
+    fn lanes(&self) -> usize {
+        self.trunk.lanes.count.min(self.starts.len())
+    }
+
+    /// Takes in a circle that goes through a narrow place: there is a stream for each lane, or for each circle with a goal of its own.
+    fn add_start(
+        &mut self,
+        planner: &mut Planner<'_>,
+        (group, index): (&Group, usize),
+        ends: &mut Ends,
     ) -> Result<(), ReleaseError> {
-        let starts = seen(&group.starts, |start| trunk.sight_of_start(planner, start))?;
-        let goals = seen(&group.goals, |goal| trunk.sight_of_goal(planner, goal))?;
-        let count = trunk.lanes.count.min(starts.len());
-        let (start_lanes, goal_lanes) = (lanes(&starts, count), lanes(&goals, count));
-        let stream = self.streams.len();
         let is_own = group.whose == Goals::Own;
-        self.streams.resize(stream + if is_own { starts.len() } else { count }, Vec::new());
-        for (index, &point) in group.starts.iter().enumerate() {
-            let lane = start_lanes[index];
-            let legs = trunk.entry(planner, lane, point)?;
-            let stream = stream + if is_own { index } else { lane };
-            self.push_start(Start {
-                group: number,
-                index,
-                point,
-                stream,
-                distance: starts[index].distance,
-                trajectory: Trajectory::new(point, &legs, 1.0),
-                legs,
-            });
+        if index == 0 {
+            let count = self.lanes();
+            self.start_lanes = lanes(&self.starts, count);
+            self.goal_lanes = if is_own { self.start_lanes.clone() } else { lanes(&self.goals, count) };
+            let streams = if is_own { self.starts.len() } else { count };
+            ends.streams.resize(self.first_stream + streams, Vec::new());
         }
-        for (index, &point) in group.goals.iter().enumerate() {
-            let lane = if is_own { start_lanes[index] } else { goal_lanes[index] };
-            let legs = trunk.exit(planner, lane, point)?;
-            let stream = stream + if is_own { index } else { lane };
-            let trajectory = Trajectory::new(trunk.gate(lane), &legs, 1.0);
-            self.push_goal(stream, Goal { index, point, trajectory, legs });
-        }
-        for goals_of in &mut self.streams[stream..] {
-            let distance = |&goal: &usize| goals[self.goals[goal].index].distance;
-            goals_of.sort_by(|a, b| distance(b).total_cmp(&distance(a)).then(a.cmp(b)));
-        }
+        let lane = self.start_lanes[index];
+        let point = group.starts[index];
+        let legs = self.trunk.entry(planner, lane, point)?;
+        ends.starts.push(Start {
+            group: self.number,
+            index,
+            point,
+            stream: self.first_stream + if is_own { index } else { lane },
+            distance: self.starts[index].distance,
+            trajectory: Trajectory::new(point, &legs, 1.0),
+            legs,
+        });
         Ok(())
     }
 
-    /// Takes in a group that has nothing narrow before it: a stream for each circle.
+    fn add_goal(
+        &self,
+        planner: &mut Planner<'_>,
+        (group, index): (&Group, usize),
+        ends: &mut Ends,
+    ) -> Result<(), ReleaseError> {
+        let is_own = group.whose == Goals::Own;
+        let lane = self.goal_lanes[index];
+        let point = group.goals[index];
+        let legs = self.trunk.exit(planner, lane, point)?;
+        let stream = self.first_stream + if is_own { index } else { lane };
+        let trajectory = Trajectory::new(self.trunk.gate(lane), &legs, 1.0);
+        ends.push_goal(stream, Goal { index, point, trajectory, legs });
+        Ok(())
+    }
+
+    /// Takes in one circle more that has nothing narrow before it: there is a stream for each.
     fn add_free(
         &mut self,
         planner: &mut Planner<'_>,
-        (number, group): (usize, &Group),
-        trunk: &Trunk,
-    ) -> Result<(), ReleaseError> {
-        let starts = seen(&group.starts, |start| trunk.sight_of_start(planner, start))?;
-        let places: Vec<usize> = match group.whose {
-            Goals::Own => (0..group.starts.len()).collect(),
-            Goals::Interchangeable => by_distance(&group.starts, &group.goals),
-        };
-        for (index, &point) in group.starts.iter().enumerate() {
-            let goal = group.goals[places[index]];
-            let legs = trunk.way(planner, (point, goal))?;
-            let stream = self.streams.len();
-            self.streams.push(Vec::new());
-            self.push_start(Start {
-                group: number,
-                index,
-                point,
-                stream,
-                distance: starts[index].distance,
-                trajectory: Trajectory::new(point, &legs, 1.0),
-                legs,
-            });
-            let trajectory = Trajectory::still(goal);
-            self.push_goal(stream, Goal { index: places[index], point: goal, trajectory, legs: Vec::new() });
+        group: &Group,
+        ends: &mut Ends,
+    ) -> Result<Option<u64>, ReleaseError> {
+        let index = ends.starts.len() - self.first;
+        if index == group.starts.len() {
+            self.sort(ends);
+            return Ok(None);
         }
-        Ok(())
+        let place = match group.whose {
+            Goals::Own => index,
+            Goals::Interchangeable => {
+                let assignment =
+                    self.assignment.get_or_insert_with(|| Assignment::new(&group.starts, &group.goals));
+                let cost =
+                    |start: usize, goal: usize| group.starts[start].distance_squared(group.goals[goal]);
+                if let Some(looks) = assignment.advance(cost) {
+                    return Ok(Some(looks));
+                }
+                assignment.assigned[index]
+            }
+        };
+        let (point, goal) = (group.starts[index], group.goals[place]);
+        let legs = self.trunk.way(planner, (point, goal))?;
+        let stream = ends.streams.len();
+        ends.streams.push(Vec::new());
+        ends.starts.push(Start {
+            group: self.number,
+            index,
+            point,
+            stream,
+            distance: self.starts[index].distance,
+            trajectory: Trajectory::new(point, &legs, 1.0),
+            legs,
+        });
+        let trajectory = Trajectory::still(goal);
+        ends.push_goal(stream, Goal { index: place, point: goal, trajectory, legs: Vec::new() });
+        Ok(Some(PATH))
     }
 
-    fn push_start(&mut self, start: Start) {
-        self.starts.push(start);
+    /// Puts those first who go first.
+    fn sort(&self, ends: &mut Ends) {
+        let starts = &mut ends.starts[self.first..];
+        starts.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));
     }
+}
 
+impl Ends {
     fn push_goal(&mut self, stream: usize, goal: Goal) {
         self.streams[stream].push(self.goals.len());
         self.goals.push(goal);
     }
-}
-
-fn seen(
-    points: &[DVec2],
-    see: impl FnMut(DVec2) -> Result<Sight, PlanError>,
-) -> Result<Vec<Sight>, PlanError> {
-    points.iter().copied().map(see).collect()
 }
 
 /// The point that is nearest to the middle of all.

@@ -3,7 +3,9 @@
 use glam::DVec2;
 use maniple_geometry::{Scalar, Segment};
 
+use super::schedule::{Goals, Group};
 use crate::ground::Ground;
+use crate::planner::length;
 
 /// Distance of the points of a path at which its width is looked at, in world units.
 const STEP: f64 = 0.25;
@@ -76,10 +78,10 @@ pub(crate) struct Lanes {
 }
 
 impl Lanes {
-    /// Returns the lanes through the narrow places of a path that keeps clear of walls; `reach` is how far the middles of two
-    /// circles are apart at least.
-    pub(crate) fn new(ground: &Ground, from: DVec2, legs: &[DVec2], reach: f64) -> Self {
-        let cuts = cuts(ground, from, legs);
+    /// Returns the lanes through the narrow places that a group passes on a path that keeps clear of walls, from its middle to that of
+    /// its goals; `reach` is how far the middles of two circles are apart at least.
+    pub(crate) fn new(ground: &Ground, group: &Group, path: &[DVec2], reach: f64) -> Self {
+        let cuts = cuts(ground, group, path);
         let narrowest = cuts.iter().flatten().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
         let (count, density) = best(narrowest, reach);
         if count > LANES_MAX {
@@ -126,6 +128,14 @@ impl Lanes {
     }
 }
 
+/// Returns where a path leaves the last of its narrowest places; `None` where nothing is narrow.
+pub(crate) fn last_narrow_place(ground: &Ground, from: DVec2, legs: &[DVec2]) -> Option<DVec2> {
+    let path: Vec<DVec2> = std::iter::once(from).chain(legs.iter().copied()).collect();
+    let nobody = Group { starts: Vec::new(), goals: Vec::new(), whose: Goals::Own };
+    let lanes = Lanes::new(ground, &nobody, &path, 2.0 * ground.radius());
+    lanes.last().map(|cut| 0.5 * (cut.left + cut.right))
+}
+
 /// How many lanes side by side let most circles through a cut of a width, and how many circles a world unit of way these are.
 ///
 /// With `k` lanes their distance is `h = width / (k - 1)`. Circles in one lane are `reach` apart; those in neighbouring lanes
@@ -150,21 +160,34 @@ pub(crate) fn best(width: f64, reach: f64) -> (usize, f64) {
     (count, density)
 }
 
-/// The narrowest cut at each of the points along a path; `None` where it is wide.
-fn cuts(ground: &Ground, from: DVec2, legs: &[DVec2]) -> Vec<Option<Cut>> {
+/// The narrowest cut at each of the points along a path; `None` where it is wide, or not all of the group pass.
+fn cuts(ground: &Ground, group: &Group, path: &[DVec2]) -> Vec<Option<Cut>> {
+    let whole = length(path[0], &path[1..]);
+    let (first, last) = (path[0], path[path.len() - 1]);
+    let (start_extent, goal_extent) = (extent(&group.starts, first), extent(&group.goals, last));
     let mut cuts = Vec::new();
-    let mut at = from;
-    for &goal in legs {
-        let length = at.distance(goal);
+    let mut before = 0.0;
+    for leg in path.windows(2) {
+        let length = leg[0].distance(leg[1]);
         let mut along = 0.0;
         while along < length {
-            let unit = (goal - at) / length;
-            cuts.push(cut(ground, at + unit * along, unit));
+            let unit = (leg[1] - leg[0]) / length;
+            let (point, place) = (leg[0] + unit * along, before + along);
+            let is_beyond = |end: &DVec2| (*end - point).dot(unit) > 0.0;
+            // In the middle of a group some would have to go back to it.
+            let is_passed = (place > start_extent || !group.starts.iter().any(is_beyond))
+                && (whole - place > goal_extent || group.goals.iter().all(is_beyond));
+            cuts.push(if is_passed { cut(ground, point, unit) } else { None });
             along += STEP;
         }
-        at = goal;
+        before += length;
     }
     cuts
+}
+
+/// How far the farthest of some points is from another.
+fn extent(points: &[DVec2], from: DVec2) -> f64 {
+    points.iter().map(|point| point.distance(from)).fold(0.0, Scalar::greater)
 }
 
 fn cut(ground: &Ground, middle: DVec2, unit: DVec2) -> Option<Cut> {

@@ -52,8 +52,8 @@ pub(crate) struct Order {
 }
 
 impl Order {
-    /// Returns the order; `reach` is how far the middles of two circles are apart at least.
-    pub(crate) fn new(ends: &Ends, reach: f64) -> Self {
+    /// Returns the order, which does not know yet what is in whose way.
+    pub(crate) fn new(ends: &Ends) -> Self {
         let (starts, goals) = (&ends.starts, &ends.goals);
         let mut group_of_goal = vec![0; goals.len()];
         for start in starts {
@@ -61,7 +61,7 @@ impl Order {
                 group_of_goal[goal] = start.group;
             }
         }
-        let mut order = Self {
+        Self {
             waiting: (0..starts.len()).collect(),
             begun: None,
             put_off: Vec::new(),
@@ -73,40 +73,53 @@ impl Order {
             goal_covers: vec![Vec::new(); goals.len()],
             free: ends.streams.clone(),
             group_of_goal,
-        };
-        for (number, start) in starts.iter().enumerate() {
-            for (other, standing) in starts.iter().enumerate() {
-                let reach = reach_from(start.point, standing.point, reach);
-                if other != number && start.trajectory.leads_over(standing.point, reach) {
-                    order.start_blocked[number].add(start.group == standing.group);
-                    order.stands_in[other].0.push(number);
-                }
-            }
-            for (other, goal) in goals.iter().enumerate() {
-                let is_own = start.trajectory.goal() == goal.point;
-                if !is_own && start.trajectory.leads_over(goal.point, reach) {
-                    order.covered[other] += 1;
-                    order.start_covers[number].push(other);
-                }
-            }
         }
-        order.look_from_goals(ends, reach);
-        order
     }
 
-    fn look_from_goals(&mut self, ends: &Ends, reach: f64) {
-        for (number, goal) in ends.goals.iter().enumerate() {
-            for (other, standing) in ends.starts.iter().enumerate() {
-                if goal.trajectory.leads_over(standing.point, reach) {
-                    self.goal_blocked[number].add(self.group_of_goal[number] == standing.group);
-                    self.stands_in[other].1.push(number);
-                }
+    /// Looks at what is in the way of one end: the starts come first, then the goals; `reach` is how far the middles of two circles
+    /// are apart at least. Returns how many looks that took; `None` where there is no such end.
+    pub(crate) fn look(&mut self, ends: &Ends, number: usize, reach: f64) -> Option<u64> {
+        let starts = ends.starts.len();
+        if number < starts {
+            self.look_from_start(ends, number, reach);
+        } else if number - starts < ends.goals.len() {
+            self.look_from_goal(ends, number - starts, reach);
+        } else {
+            return None;
+        }
+        Some((starts + ends.goals.len()) as u64)
+    }
+
+    fn look_from_start(&mut self, ends: &Ends, number: usize, reach: f64) {
+        let start = &ends.starts[number];
+        for (other, standing) in ends.starts.iter().enumerate() {
+            let reach = reach_from(start.point, standing.point, reach);
+            if other != number && start.trajectory.leads_over(standing.point, reach) {
+                self.start_blocked[number].add(start.group == standing.group);
+                self.stands_in[other].0.push(number);
             }
-            for (other, another) in ends.goals.iter().enumerate() {
-                if other != number && goal.trajectory.leads_over(another.point, reach) {
-                    self.covered[other] += 1;
-                    self.goal_covers[number].push(other);
-                }
+        }
+        for (other, goal) in ends.goals.iter().enumerate() {
+            let is_own = start.trajectory.goal() == goal.point;
+            if !is_own && start.trajectory.leads_over(goal.point, reach) {
+                self.covered[other] += 1;
+                self.start_covers[number].push(other);
+            }
+        }
+    }
+
+    fn look_from_goal(&mut self, ends: &Ends, number: usize, reach: f64) {
+        let goal = &ends.goals[number];
+        for (other, standing) in ends.starts.iter().enumerate() {
+            if goal.trajectory.leads_over(standing.point, reach) {
+                self.goal_blocked[number].add(self.group_of_goal[number] == standing.group);
+                self.stands_in[other].1.push(number);
+            }
+        }
+        for (other, another) in ends.goals.iter().enumerate() {
+            if other != number && goal.trajectory.leads_over(another.point, reach) {
+                self.covered[other] += 1;
+                self.goal_covers[number].push(other);
             }
         }
     }
@@ -127,6 +140,11 @@ impl Order {
             .or_else(|| find(Care::OwnOpen, &of_begun))
             .or_else(|| find(Care::OwnOpen, &of_all))
             .or_else(|| find(Care::Any, &of_all))
+    }
+
+    /// Returns how many wait.
+    pub(crate) fn waiting(&self) -> usize {
+        self.waiting.len()
     }
 
     /// Returns whether all have left.

@@ -35,6 +35,8 @@ pub(crate) struct Traffic {
     planned: Vec<Planned>,
     /// Memory of one question.
     spans: Vec<Span>,
+    /// How many pairs have been looked at.
+    pub(crate) looks: u64,
 }
 
 impl Traffic {
@@ -49,7 +51,7 @@ impl Traffic {
         for other in &self.planned {
             let first = self.spans.len();
             let reach = reach_from(trajectory.start(), other.trajectory.start(), reach + other.radius);
-            forbid(trajectory, &other.trajectory, reach, &mut self.spans);
+            self.looks += forbid(trajectory, &other.trajectory, reach, &mut self.spans);
             let mut kept = first;
             for index in first..self.spans.len() {
                 let span = self.spans[index];

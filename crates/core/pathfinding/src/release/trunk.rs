@@ -24,8 +24,8 @@ impl Trunk {
         (from, to): (DVec2, DVec2),
         lanes_of: impl FnOnce(&[DVec2]) -> Lanes,
     ) -> Result<Self, PlanError> {
-        let legs = planner.path(from, to)?.to_vec();
-        let lanes = lanes_of(&legs);
+        let path: Vec<DVec2> = std::iter::once(from).chain(planner.path(from, to)?.iter().copied()).collect();
+        let lanes = lanes_of(&path);
         let mut ways = Vec::new();
         let mut ends = Vec::new();
         for lane in 0..lanes.count {

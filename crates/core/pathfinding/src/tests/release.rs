@@ -7,7 +7,7 @@ use maniple_tilemap::TileMap;
 
 use super::{Dice, drawn, scattered};
 use crate::Ground;
-use crate::release::{Goals, Group, ReleaseError, Request, Schedule, bound, release};
+use crate::release::{Goals, Group, ReleaseError, Releasing, Request, Schedule, bound, release};
 
 const RADIUS: f64 = 0.35;
 
@@ -188,6 +188,32 @@ fn who_stands_in_the_way_is_gone_around() {
     let odd = [group(vec![DVec2::new(middle, 9.0)], vec![])];
     let error = release(&ground, &Request { groups: &odd, speed: SPEED, still: &[], moving: &[] });
     assert_eq!(error, Err(ReleaseError::Goals { group: 0, circles: 1, goals: 0 }));
+}
+
+#[test]
+fn a_schedule_found_in_parts_is_that_found_at_once() {
+    let map = gap(3);
+    let middle = 0.5 * f64::from(map.width());
+    let through = [group(block((6, 5), DVec2::new(middle, 9.0)), block((6, 5), DVec2::new(middle, 33.0)))];
+    let across = [group(block((6, 6), DVec2::new(8.0, 6.0)), block((6, 6), DVec2::new(22.0, 14.0)))];
+    let ground = Ground::new(&map, RADIUS).unwrap();
+    for groups in [&through[..], &across[..]] {
+        let request = Request { groups, speed: SPEED, still: &[], moving: &[] };
+        let whole = release(&ground, &request);
+        for budget in [1, 5_000, 100_000] {
+            let mut releasing = Releasing::new(&request);
+            let (mut ended, mut parts, mut most) = (None, 0, 0);
+            while ended.is_none() {
+                let before = releasing.looks();
+                ended = releasing.advance(&ground, budget);
+                most = most.max(releasing.looks() - before);
+                parts += 1;
+            }
+            println!("budget {budget}: {parts} parts, {most} looks at most, {} in all", releasing.looks());
+            assert_eq!(ended, Some(whole.clone()));
+            assert!(most < budget + 20_000, "{most}");
+        }
+    }
 }
 
 /// Points with room, more than a tile apart: so many, and as many others.

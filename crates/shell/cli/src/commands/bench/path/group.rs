@@ -3,9 +3,8 @@
 use std::time::Duration;
 
 use glam::DVec2;
-use maniple_geometry::Circle;
 use maniple_pathfinding::{
-    Controller, Group, Request, Scene as View, Tactic, bound, release, throughput_max,
+    Controller, Group, Progress, Request, Scene as View, Tactic, bound, release, throughput_max,
 };
 
 use crate::commands::bench::path::scene::Scene;
@@ -115,36 +114,18 @@ fn released(walk: &mut Walk, scene: &Scene) -> Result<Walked, Failure> {
     Ok(Walked { times, makespan })
 }
 
-/// Leads every group by a controller of its own, until all have arrived or the cycles are over.
+/// Leads the groups by a controller, until all have arrived or the cycles are over.
 fn led(walk: &mut Walk, scene: &Scene, tactic: Tactic, cycles_max: f64) -> Result<Walked, Failure> {
-    let mut controllers: Vec<Controller> =
-        scene.groups.iter().map(|group| Controller::new(tactic, group.goals.clone(), SPEED)).collect();
+    let mut controller = Controller::of_groups(tactic, &scene.groups, SPEED);
     let mut walked = Walked::default();
     let mut cycle = 0;
     while f64::from(cycle) < cycles_max {
         let seen: Vec<_> = (0..).map_while(|unit| walk.seen(unit)).collect();
-        let mut first = 0;
         let clock = Stopwatch::start();
-        let mut orders = Vec::new();
-        for (controller, group) in controllers.iter_mut().zip(&scene.groups) {
-            let own = first..first + group.starts.len();
-            let is_other =
-                |(unit, seen): &(usize, &maniple_pathfinding::Seen)| !own.contains(unit) && !seen.is_moving;
-            let others: Vec<Circle> = seen
-                .iter()
-                .enumerate()
-                .filter(is_other)
-                .map(|(_, seen)| Circle::new(seen.position, scene.ground.radius()))
-                .collect();
-            let view = View { cycle, units: &seen[own.clone()], others: &others };
-            for order in controller.advance(&scene.ground, &view) {
-                orders.push((first + order.unit, order));
-            }
-            first = own.end;
-        }
+        let orders = controller.advance(&scene.ground, &View { cycle, units: &seen, others: &[] });
         walked.times.push(clock.elapsed());
-        for (unit, order) in orders {
-            let unit = u32::try_from(unit).unwrap_or(u32::MAX);
+        for order in orders {
+            let unit = u32::try_from(order.unit).unwrap_or(u32::MAX);
             if order.legs.is_empty() {
                 walk.halt(unit)?;
             } else {
@@ -155,18 +136,9 @@ fn led(walk: &mut Walk, scene: &Scene, tactic: Tactic, cycles_max: f64) -> Resul
             walked.makespan = time;
         }
         cycle += 1;
-        if walk.is_at_rest() && is_done(&controllers, scene) {
+        if walk.is_at_rest() && (0..seen.len()).all(|unit| controller.progress(unit) == Progress::Arrived) {
             break;
         }
     }
     Ok(walked)
-}
-
-fn is_done(controllers: &[Controller], scene: &Scene) -> bool {
-    use maniple_pathfinding::Progress;
-
-    let has_arrived = |(controller, group): (&Controller, &Group)| {
-        (0..group.starts.len()).all(|unit| controller.progress(unit) == Progress::Arrived)
-    };
-    controllers.iter().zip(&scene.groups).all(has_arrived)
 }

@@ -1,0 +1,384 @@
+//! The search for a schedule, part by part.
+
+use maniple_geometry::{Circle, Scalar};
+
+use super::ends::{Adding, Ends};
+use super::error::ReleaseError;
+use super::order::{Care, Order};
+use super::schedule::{Group, Moving, Request, Schedule, Walk};
+use super::traffic::{Planned, Traffic};
+use super::trajectory::{Piece, Trajectory};
+use crate::around::{Crowd, Detours};
+use crate::ground::{Ground, MARGIN};
+use crate::planner::Planner;
+use crate::work::{PATH, Work};
+
+/// Circles, and goals for each, for which a way around others is looked for before somebody departs who relies on others to have left.
+const DETOURS_MAX: usize = 4;
+
+/// The same where nobody relies on others.
+const DETOURS_OF_SOME_MAX: usize = 16;
+
+/// From where on goals are numbered in a crowd, and from where those who stay, and the goals of those on their way.
+const GOALS: usize = 1 << 24;
+const STILL: usize = 1 << 25;
+const MOVING: usize = 1 << 26;
+
+/// Lanes that are tried: as many as let most circles through side by side, and one fewer, since circles that come from aside need
+/// more room where they turn; and, as long as there is no schedule, so many fewer.
+const FEWER_LANES_MAX: usize = 3;
+
+/// A search for a schedule that goes on by as much as it is told to, so that it can be spread over cycles. How much that is does not
+/// change what comes of it.
+#[derive(Clone, Debug)]
+pub struct Releasing {
+    groups: Vec<Group>,
+    surroundings: Surroundings,
+    reliance: Reliance,
+    attempt: Attempt,
+    /// The best of the attempts that have ended.
+    best: Option<Ended>,
+    looks: u64,
+}
+
+/// The speed of all, who stays, and who is on its way.
+#[derive(Clone, Debug)]
+struct Surroundings {
+    speed: f64,
+    still: Vec<Circle>,
+    moving: Vec<Moving>,
+}
+
+/// Whether somebody may depart who relies on others to leave in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reliance {
+    OnAll,
+    OnNobody,
+}
+
+/// What came of one attempt.
+#[derive(Clone, Debug)]
+pub(crate) struct Ended {
+    pub(crate) walks: Vec<Vec<Option<Walk>>>,
+    makespan: f64,
+    /// Why not all have a walk.
+    pub(crate) stuck: Option<ReleaseError>,
+}
+
+impl Releasing {
+    /// Begins to look for a schedule for all.
+    #[must_use]
+    pub fn new(request: &Request<'_>) -> Self {
+        Self::with_reliance(request, Reliance::OnAll)
+    }
+
+    /// Begins to look for a schedule for those who can go even if all others stay.
+    pub(crate) fn of_some(request: &Request<'_>) -> Self {
+        Self::with_reliance(request, Reliance::OnNobody)
+    }
+
+    fn with_reliance(request: &Request<'_>, reliance: Reliance) -> Self {
+        let Request { groups, speed, still, moving } = *request;
+        let surroundings = Surroundings { speed, still: still.to_vec(), moving: moving.to_vec() };
+        let (groups, attempt) = (groups.to_vec(), Attempt::new(0));
+        Self { groups, surroundings, reliance, attempt, best: None, looks: 0 }
+    }
+
+    /// Does so many looks more, and what it takes to end the last part; returns what came of the search, or `None` where it goes on,
+    /// and then it can be asked again. A look is a pair of straight pieces that are compared, or as much. The ground has to be the
+    /// same each time.
+    ///
+    /// # Errors
+    /// As [`release`](crate::release).
+    pub fn advance(&mut self, ground: &Ground, budget: u64) -> Option<Result<Schedule, ReleaseError>> {
+        let ended = self.go_on(ground, &mut Work::new(budget))?;
+        Some(ended.and_then(|ended| match ended.stuck {
+            Some(error) => Err(error),
+            None => {
+                let all = |walks: Vec<Option<Walk>>| walks.into_iter().flatten().collect();
+                Ok(Schedule { walks: ended.walks.into_iter().map(all).collect(), makespan: ended.makespan })
+            }
+        }))
+    }
+
+    /// Returns how many looks it has taken up to now.
+    #[must_use]
+    pub fn looks(&self) -> u64 {
+        self.looks
+    }
+
+    /// Goes on while work is left; returns the best attempt when all that are to be made have ended.
+    pub(crate) fn go_on(&mut self, ground: &Ground, work: &mut Work) -> Option<Result<Ended, ReleaseError>> {
+        let before = work.done();
+        let mut tools = Tools::new(ground);
+        let mut found = None;
+        while found.is_none() && work.is_left() {
+            found = self.step(&mut tools, work).transpose();
+        }
+        self.looks += work.done() - before;
+        found
+    }
+
+    fn step(&mut self, tools: &mut Tools<'_>, work: &mut Work) -> Result<Option<Ended>, ReleaseError> {
+        let Self { groups, surroundings, reliance, attempt, .. } = self;
+        let Some(ended) = attempt.step(tools, (groups, surroundings, *reliance), work)? else {
+            return Ok(None);
+        };
+        let fewer_lanes = attempt.fewer_lanes;
+        let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
+        let is_better = match &self.best {
+            None => true,
+            Some(best) => ended.stuck.is_none() && (!was_enough || ended.makespan < best.makespan),
+        };
+        if is_better {
+            self.best = Some(ended);
+        }
+        if *reliance == Reliance::OnNobody || was_enough || fewer_lanes == FEWER_LANES_MAX {
+            return Ok(self.best.take());
+        }
+        *attempt = Attempt::new(fewer_lanes + 1);
+        Ok(None)
+    }
+}
+
+/// What a search uses and does not keep.
+struct Tools<'a> {
+    ground: &'a Ground,
+    planner: Planner<'a>,
+    detours: Detours<'a>,
+}
+
+impl<'a> Tools<'a> {
+    fn new(ground: &'a Ground) -> Self {
+        Self { ground, planner: Planner::new(ground), detours: Detours::new(ground) }
+    }
+
+    /// How far the middles of two circles keep from each other.
+    fn reach(&self) -> f64 {
+        2.0 * self.ground.radius() + MARGIN
+    }
+}
+
+/// One try to find a schedule.
+#[derive(Clone, Debug)]
+struct Attempt {
+    fewer_lanes: usize,
+    ends: Ends,
+    stage: Stage,
+}
+
+#[derive(Clone, Debug)]
+enum Stage {
+    /// The groups are taken in: so many have been, and one is being.
+    Groups { done: usize, adding: Option<Box<Adding>> },
+    /// It is looked at what is in whose way: so many ends have been.
+    Order { order: Box<Order>, done: usize },
+    /// One after the other departs.
+    Departures(Box<Departures>),
+}
+
+/// Who has departed, who waits, and what they meet.
+#[derive(Clone, Debug)]
+struct Departures {
+    order: Order,
+    walks: Vec<Vec<Option<Walk>>>,
+    makespan: f64,
+    speed: f64,
+    traffic: Traffic,
+    /// Who stays, who waits, and those who have arrived, as somebody sees them who goes when all others rest.
+    crowd: Crowd,
+    /// For how many of those who wait a way around the others has been looked for since the last departure.
+    detours_tried: usize,
+}
+
+/// A circle that has been found a departure.
+struct Departing {
+    start: usize,
+    goal: usize,
+    departure: f64,
+    trajectory: Trajectory,
+}
+
+impl Attempt {
+    fn new(fewer_lanes: usize) -> Self {
+        Self { fewer_lanes, ends: Ends::default(), stage: Stage::Groups { done: 0, adding: None } }
+    }
+
+    /// Does one part more; returns what came of the attempt when it has ended.
+    fn step(
+        &mut self,
+        tools: &mut Tools<'_>,
+        (groups, surroundings, reliance): (&[Group], &Surroundings, Reliance),
+        work: &mut Work,
+    ) -> Result<Option<Ended>, ReleaseError> {
+        let Self { fewer_lanes, ends, stage } = self;
+        match stage {
+            Stage::Groups { done, adding: Some(current) } => {
+                match current.advance(&mut tools.planner, &groups[*done], ends)? {
+                    Some(looks) => work.add(looks),
+                    None => *stage = Stage::Groups { done: *done + 1, adding: None },
+                }
+            }
+            Stage::Groups { done, adding } => {
+                let Some(group) = groups.get(*done) else {
+                    *stage = Stage::Order { order: Box::new(Order::new(ends)), done: 0 };
+                    return Ok(None);
+                };
+                let begun = Adding::new(&mut tools.planner, (*done, group), *fewer_lanes, ends)?;
+                work.add(PATH);
+                match begun {
+                    Some(begun) => *adding = Some(Box::new(begun)),
+                    None => *done += 1,
+                }
+            }
+            Stage::Order { order, done } => match order.look(ends, *done, tools.reach()) {
+                Some(looks) => {
+                    work.add(looks);
+                    *done += 1;
+                }
+                None => {
+                    let departures = Departures::new(tools, (groups, surroundings), ends, (**order).clone());
+                    *stage = Stage::Departures(Box::new(departures));
+                }
+            },
+            Stage::Departures(departures) => return departures.step(tools, ends, reliance, work),
+        }
+        Ok(None)
+    }
+}
+
+impl Departures {
+    fn new(
+        tools: &Tools<'_>,
+        (groups, surroundings): (&[Group], &Surroundings),
+        ends: &Ends,
+        order: Order,
+    ) -> Self {
+        let radius = tools.ground.radius();
+        let mut traffic = Traffic::default();
+        let mut crowd = Crowd::new();
+        for (number, circle) in surroundings.still.iter().enumerate() {
+            let trajectory = Trajectory::still(circle.center);
+            traffic.push(Planned { trajectory, departure: 0.0, radius: circle.radius });
+            crowd.insert(STILL + number, circle.center, radius + circle.radius + MARGIN);
+        }
+        for (number, moving) in surroundings.moving.iter().enumerate() {
+            let trajectory = Trajectory::new(moving.from, &moving.legs, moving.speed);
+            crowd.insert(MOVING + number, trajectory.goal(), radius + moving.radius + MARGIN);
+            traffic.push(Planned { trajectory, departure: moving.departure, radius: moving.radius });
+        }
+        for (number, start) in ends.starts.iter().enumerate() {
+            crowd.insert(number, start.point, tools.reach());
+        }
+        let walks = groups.iter().map(|group| vec![None; group.starts.len()]).collect();
+        let speed = surroundings.speed;
+        Self { order, walks, makespan: 0.0, speed, traffic, crowd, detours_tried: 0 }
+    }
+
+    /// Tries who goes next, or a way around all others for one of the first of those who wait; returns what came of all when nobody is
+    /// left, or nobody who can go.
+    fn step(
+        &mut self,
+        tools: &mut Tools<'_>,
+        ends: &Ends,
+        reliance: Reliance,
+        work: &mut Work,
+    ) -> Result<Option<Ended>, ReleaseError> {
+        if self.order.is_empty() {
+            return Ok(Some(self.ended(None)));
+        }
+        work.add(self.order.waiting() as u64);
+        let next = self.order.next(ends);
+        if next.is_none_or(|(_, care)| care > Care::Open) {
+            let is_any_left = next.is_some();
+            let count = if reliance == Reliance::OnAll { DETOURS_MAX } else { DETOURS_OF_SOME_MAX };
+            if is_any_left && self.detours_tried < count {
+                let number = self.order.first(count).get(self.detours_tried).copied();
+                self.detours_tried += 1;
+                let departing =
+                    number.map(|number| self.detour(tools, ends, number, work)).transpose()?.flatten();
+                if let Some(departing) = departing {
+                    self.depart(tools, ends, departing);
+                }
+                return Ok(None);
+            }
+            if !is_any_left || reliance == Reliance::OnNobody {
+                let start = &ends.starts[self.order.first(1)[0]];
+                let (group, circle, from) = (start.group, start.index, start.point);
+                return Ok(Some(self.ended(Some(ReleaseError::NoDeparture { group, circle, from }))));
+            }
+        }
+        let Some((choice, _)) = next else { return Ok(None) };
+        let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
+        let legs = [&start.legs[..], &goal.legs].concat();
+        let trajectory = Trajectory::new(start.point, &legs, self.speed);
+        let mut departing = self.departing(tools, choice, trajectory, work);
+        if departing.is_none() {
+            departing = self.detour(tools, ends, choice.0, work)?;
+        }
+        match departing {
+            Some(departing) => self.depart(tools, ends, departing),
+            None => self.order.put_off(choice.0),
+        }
+        Ok(None)
+    }
+
+    fn ended(&mut self, stuck: Option<ReleaseError>) -> Ended {
+        Ended { walks: std::mem::take(&mut self.walks), makespan: self.makespan, stuck }
+    }
+
+    fn departing(
+        &mut self,
+        tools: &Tools<'_>,
+        (start, goal): (usize, usize),
+        trajectory: Trajectory,
+        work: &mut Work,
+    ) -> Option<Departing> {
+        let before = self.traffic.looks;
+        let departure = self.traffic.earliest(&trajectory, tools.ground.radius() + MARGIN, 0.0);
+        work.add(self.traffic.looks - before);
+        departure.map(|departure| Departing { start, goal, departure, trajectory })
+    }
+
+    /// A way around all who rest, to the first goal of the stream to which there is one.
+    fn detour(
+        &mut self,
+        tools: &mut Tools<'_>,
+        ends: &Ends,
+        number: usize,
+        work: &mut Work,
+    ) -> Result<Option<Departing>, ReleaseError> {
+        let start = &ends.starts[number];
+        let reach = tools.reach();
+        self.crowd.remove(number, start.point, reach);
+        let goals: Vec<usize> = self.order.goals(start.stream).iter().copied().take(DETOURS_MAX).collect();
+        let mut found = None;
+        for goal in goals {
+            let legs = tools.detours.path(&self.crowd, start.point, ends.goals[goal].point)?;
+            work.add(PATH / 8 + tools.detours.expanded() as u64);
+            let Some(legs) = legs else { continue };
+            let trajectory = Trajectory::new(start.point, &legs, self.speed);
+            found = self.departing(tools, (number, goal), trajectory, work);
+            if found.is_some() {
+                break;
+            }
+        }
+        self.crowd.insert(number, start.point, reach);
+        Ok(found)
+    }
+
+    fn depart(&mut self, tools: &Tools<'_>, ends: &Ends, departing: Departing) {
+        let Departing { start: number, goal: goal_number, departure, trajectory } = departing;
+        let (start, goal) = (&ends.starts[number], &ends.goals[goal_number]);
+        let arrival = departure + trajectory.duration();
+        let legs = trajectory.legs().iter().map(Piece::end).collect();
+        self.walks[start.group][start.index] = Some(Walk { goal: goal.index, departure, arrival, legs });
+        self.makespan = arrival.greater(self.makespan);
+        let reach = tools.reach();
+        self.crowd.remove(number, start.point, reach);
+        self.crowd.insert(GOALS + goal_number, goal.point, reach);
+        self.traffic.push(Planned { trajectory, departure, radius: tools.ground.radius() });
+        self.order.leave(ends, (number, goal_number));
+        self.detours_tried = 0;
+    }
+}
