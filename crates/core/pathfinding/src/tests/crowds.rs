@@ -6,7 +6,7 @@ use maniple_tilemap::{Kind, TileMap, TileShape};
 use super::release::{block, gap};
 use super::trial::{Outcome, Trial};
 use super::{drawn, generated};
-use crate::{Goals, Group, Line, StepError, Tactic};
+use crate::{Delivery, Goals, Group, StepError, Tactic};
 
 fn open(side: u32) -> TileMap {
     let shapes = vec![TileShape::Open; (side * side) as usize];
@@ -65,10 +65,10 @@ fn maze(units: usize, seed: u64) -> (TileMap, Vec<Group>) {
 fn check(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
     let units: usize = groups.iter().map(|group| group.starts.len()).sum();
     let sure = Trial::of_groups(map, Tactic::Auto, groups.clone());
-    for (latency, lost, line) in
-        [(0, 0.0, Line::Sure), (2, 0.0, Line::Sure), (2, 0.01, Line::Lossy { repeats: 2 })]
+    for (latency, lost, delivery) in
+        [(0, 0.0, Delivery::Sure), (2, 0.0, Delivery::Sure), (2, 0.01, Delivery::Lossy { repeats: 2 })]
     {
-        let outcome = Trial { latency, lost, line, ..sure.clone() }.run(6000);
+        let outcome = Trial { latency, lost, delivery, ..sure.clone() }.run(6000);
         let Outcome { arrived, collisions, orders, cycles, error, .. } = &outcome;
         println!(
             "{name}, {units} units, {latency} cycles, {lost} lost: {arrived} arrived, {collisions} collisions, {orders} orders, \
@@ -107,7 +107,7 @@ fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
         let trial = Trial {
             latency: 2,
             lost: 0.2,
-            line: Line::Lossy { repeats: 6 },
+            delivery: Delivery::Lossy { repeats: 6 },
             seed,
             ..Trial::of_groups(&map, Tactic::Auto, groups.clone())
         };
@@ -118,7 +118,7 @@ fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
 }
 
 #[test]
-fn larger_circles_go_on_a_coarser_lattice() {
+fn larger_circles_go_on_a_coarser_board() {
     let (map, groups) = corners(20);
     for radius in [0.4, 0.45] {
         let trial = Trial { radius, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
@@ -130,7 +130,17 @@ fn larger_circles_go_on_a_coarser_lattice() {
     }
 }
 
-/// Two who have to change places in a corridor with one bay: there is no schedule, and a plan in step if the bay is on the lattice.
+/// Orders that are given again before the departure are not missed.
+#[test]
+fn a_line_that_loses_a_tenth_of_all_orders_makes_nobody_collide_in_a_schedule() {
+    let (map, groups) = counterflow(2);
+    let delivery = Delivery::Lossy { repeats: 5 };
+    let trial = Trial { latency: 2, lost: 0.1, delivery, ..Trial::of_groups(&map, Tactic::Auto, groups) };
+    let Outcome { arrived, collisions, .. } = trial.run(3000);
+    assert_eq!((arrived, collisions), (100, 0));
+}
+
+/// Two who have to change places in a corridor with one bay: there is no schedule, and a plan in step if the bay is on the board.
 #[test]
 fn two_change_places_in_a_corridor_with_a_bay() {
     let map = drawn(&["@@@@@@@@@", "@.......@", "@@@@.@@@@", "@@@@@@@@@"]);

@@ -9,7 +9,7 @@ use maniple_tilemap::TileMap;
 
 use super::Dice;
 use super::release::moment;
-use crate::{Controller, Goals, Ground, Group, Line, Order, Progress, Scene, Seen, StepError, Tactic};
+use crate::{Controller, Delivery, Goals, Ground, Group, Order, Progress, Scene, Seen, StepError, Tactic};
 
 /// World units a cycle.
 pub(crate) const SPEED: f64 = 0.2;
@@ -30,8 +30,8 @@ pub(crate) struct Trial<'a> {
     pub(crate) latency: usize,
     /// The part of the orders that is lost.
     pub(crate) lost: f64,
-    /// What the controller is told of the line.
-    pub(crate) line: Line,
+    /// What the controller is told of it.
+    pub(crate) delivery: Delivery,
     /// Looks a cycle.
     pub(crate) budget: u64,
     /// Decides which orders are lost.
@@ -65,10 +65,10 @@ impl Trial<'_> {
     }
 
     pub(crate) fn of_groups(map: &TileMap, tactic: Tactic, groups: Vec<Group>) -> Trial<'_> {
-        let (radius, latency, lost, line, seed, stones) = (0.35, 0, 0.0, Line::Sure, 7, Vec::new());
+        let (radius, latency, lost, delivery, seed, stones) = (0.35, 0, 0.0, Delivery::Sure, 7, Vec::new());
         let budget = 1 << 18;
         let stages = Vec::new();
-        Trial { map, radius, groups, stages, tactic, latency, lost, line, budget, seed, stones }
+        Trial { map, radius, groups, stages, tactic, latency, lost, delivery, budget, seed, stones }
     }
 
     fn starts(&self) -> impl Iterator<Item = DVec2> {
@@ -153,7 +153,7 @@ impl Trial<'_> {
             let goals = self.groups.iter().map(|group| group.goals.clone());
             Controller::by_stages(self.tactic, self.stages.iter().cloned().chain(goals).collect(), SPEED)
         };
-        controller.over(self.line).with_budget(self.budget)
+        controller.with_delivery(self.delivery).with_budget(self.budget)
     }
 
     fn set_stones(&self, cycle: u32, world: &mut World) {

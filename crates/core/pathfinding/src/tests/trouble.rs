@@ -103,7 +103,7 @@ fn who_is_bumped_at_random_arrives_in_bounded_time() {
 }
 
 #[test]
-fn who_comes_to_rest_on_the_lattice_is_gone_around() {
+fn who_comes_to_rest_on_the_board_is_gone_around() {
     let (map, groups) = corners(20);
     let middle = DVec2::splat(0.5 * f64::from(map.width()));
     let stones = [(-1.5, 40..9999), (0.5, 60..200), (2.5, 80..9999)];
