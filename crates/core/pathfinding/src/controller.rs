@@ -32,8 +32,8 @@ use following::Following;
 use reacting::Reacting;
 use squads::Squads;
 
-/// Looks a cycle, unless another budget is given: some milliseconds.
-const LOOKS_A_CYCLE: u64 = 1 << 18;
+/// Looks a cycle, unless another budget is given: some ten milliseconds.
+const LOOKS_A_CYCLE: u64 = 1 << 20;
 
 /// What has become of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +118,7 @@ impl Controller {
         self.later.len()
     }
 
-    /// Returns the same that does other than 2^18 looks a cycle when it plans: what that leaves undone is done in the cycles after it. A
+    /// Returns the same that does other than 2^20 looks a cycle when it plans: what that leaves undone is done in the cycles after it. A
     /// look is a pair of straight pieces that are compared, a point of a lattice that is visited, or an agent that is moved by a step. A
     /// part that has begun is ended whatever it takes. Only [`Tactic::Auto`] plans by parts.
     #[must_use]

@@ -228,12 +228,12 @@ fn large_groups_are_scheduled_in_parts() {
     let (mut ended, mut cycles, mut most) = (None, 0, 0);
     while ended.is_none() {
         let before = releasing.looks();
-        ended = releasing.advance(&ground, 1 << 18);
+        ended = releasing.advance(&ground, 1 << 20);
         most = most.max(releasing.looks() - before);
         cycles += 1;
     }
     println!("{} units: {} looks in {cycles} cycles, {most} at most", side.0 * side.1, releasing.looks());
-    assert!(ended.unwrap().is_ok() && most < (1 << 18) + 120_000);
+    assert!(ended.unwrap().is_ok() && most < (1 << 20) + 120_000);
 }
 
 /// Points with room, more than a tile apart: so many, and as many others.

@@ -66,7 +66,7 @@ impl Trial<'_> {
 
     pub(crate) fn of_groups(map: &TileMap, tactic: Tactic, groups: Vec<Group>) -> Trial<'_> {
         let (radius, latency, lost, delivery, seed, stones) = (0.35, 0, 0.0, Delivery::Sure, 7, Vec::new());
-        let budget = 1 << 18;
+        let budget = 1 << 20;
         let stages = Vec::new();
         Trial { map, radius, groups, stages, tactic, latency, lost, delivery, budget, seed, stones }
     }
