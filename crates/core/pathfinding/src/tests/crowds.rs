@@ -85,6 +85,21 @@ fn four_groups_change_the_corners_of_a_field() {
     }
 }
 
+/// Closer than the middles of tiles, and beside them.
+#[test]
+fn dense_groups_spread_onto_the_board_and_close_up_again() {
+    for (units, share) in [(16, 0.75), (36, 0.75), (64, 0.8)] {
+        let (map, mut groups) = corners(units);
+        for points in groups.iter_mut().flat_map(|group| [&mut group.starts, &mut group.goals]) {
+            let middle = points.iter().sum::<DVec2>() / points.len() as f64;
+            for point in points {
+                *point = middle + (*point - middle) * share + DVec2::new(0.3, 0.1);
+            }
+        }
+        check("dense", &(map, groups));
+    }
+}
+
 #[test]
 fn groups_go_through_mazes() {
     for (units, seed) in [(20, 1), (50, 2), (100, 3)] {
