@@ -194,6 +194,8 @@ impl Draft {
 
     fn finish(self) -> Result<Boarding, StepError> {
         let Self { board, starts, of_goals, mut distances, mut goals, .. } = self;
+        assert!(are_different(&starts), "each unit has a place of its own");
+        assert!(are_different(&of_goals), "each goal has a place of its own");
         let ends = ends(&starts, &of_goals, &mut goals);
         if goals.iter().all(Option::is_none) {
             return Err(StepError::NoWay);
@@ -347,4 +349,10 @@ fn ends(starts: &[Place], of_goals: &[Place], goals: &mut [Option<usize>]) -> Ve
             return starts.iter().zip(&*goals).map(end).collect();
         }
     }
+}
+
+fn are_different(places: &[Place]) -> bool {
+    let mut sorted = places.to_vec();
+    sorted.sort_unstable();
+    sorted.windows(2).all(|pair| pair[0] != pair[1])
 }

@@ -289,3 +289,28 @@ impl Way<'_> {
         Order { unit: self.unit, legs, start: Some(start) }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Ground;
+    use crate::tests::drawn;
+
+    /// Who is quick may do both steps in one cycle, and would be where it was.
+    #[test]
+    fn no_run_ends_where_it_begins() {
+        let board = Board::new(&Ground::new(&drawn(&["..", ".."]), 0.35).unwrap()).unwrap();
+        let [here, there] = [board.place(0, 0).unwrap(), board.place(1, 0).unwrap()];
+        let mut passage = Passage::new(board.len(), &[here]);
+        for place in [there, here, there] {
+            passage.push(&[place]);
+        }
+        fn way(passage: &Passage) -> Way<'_> {
+            Way { passage, unit: 0, step: 0.25 }
+        }
+        assert_eq!(way(&passage).onward((0, 0), 0.0, |_| Leaving::Left), Some(3));
+        passage.push(&[here]);
+        assert_eq!(way(&passage).onward((0, 0), 0.0, |_| Leaving::Left), Some(3));
+        assert_eq!(way(&passage).onward((2, 2), 0.0, |_| Leaving::Left), Some(3));
+    }
+}

@@ -69,12 +69,12 @@ fn check(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
         [(0, 0.0, Delivery::Sure), (2, 0.0, Delivery::Sure), (2, 0.01, Delivery::Lossy { repeats: 2 })]
     {
         let outcome = Trial { latency, lost, delivery, ..sure.clone() }.run(6000);
-        let Outcome { arrived, collisions, orders, cycles, error, .. } = &outcome;
+        let Outcome { arrived, collisions, orders, refused, cycles, error, .. } = &outcome;
         println!(
             "{name}, {units} units, {latency} cycles, {lost} lost: {arrived} arrived, {collisions} collisions, {orders} orders, \
              {cycles} cycles, {error:?}"
         );
-        assert_eq!((*arrived, *collisions), (units, 0), "{name} {units} {latency} {lost}");
+        assert_eq!((*arrived, *collisions, *refused), (units, 0, 0), "{name} {units} {latency} {lost}");
     }
 }
 

@@ -46,6 +46,8 @@ pub(crate) struct Outcome {
     pub(crate) arrived: usize,
     pub(crate) collisions: usize,
     pub(crate) orders: usize,
+    /// Orders that came later than the start that they named.
+    pub(crate) refused: usize,
     /// When the last order was given.
     pub(crate) last_order: u32,
     /// When the last one arrived; the end of the trial where not all have.
@@ -102,6 +104,7 @@ impl Trial<'_> {
             arrived: 0,
             collisions: 0,
             orders: 0,
+            refused: 0,
             last_order: 0,
             cycles: 0,
             progress: Vec::new(),
@@ -129,7 +132,7 @@ impl Trial<'_> {
             }
             line.push_back(orders.into_iter().filter(|_| dice.share() >= self.lost).collect());
             for order in line.pop_front().unwrap() {
-                obey(&mut world, &order);
+                outcome.refused += usize::from(!obey(&mut world, &order));
             }
             let events = world.step();
             let collided = |kind| matches!(kind, EventKind::Object | EventKind::Segment | EventKind::Edge);
@@ -193,14 +196,15 @@ fn look(world: &World, id: u32) -> Seen {
     }
 }
 
-fn obey(world: &mut World, order: &Order) {
+/// Carries an order out; returns whether it could be.
+fn obey(world: &mut World, order: &Order) -> bool {
     let id = ObjectId(u32::try_from(order.unit).unwrap());
     if order.legs.is_empty() {
         world.halt(id, None).unwrap();
-        return;
+        return true;
     }
     let legs: Vec<Leg> = order.legs.iter().map(|&goal| Leg { goal, speed: SPEED }).collect();
     let start = order.start.map(moment);
     // An order that comes too late is refused; that is as if it had been lost.
-    let _ = world.go(id, &legs, Placement::Replace, start);
+    world.go(id, &legs, Placement::Replace, start).is_ok()
 }

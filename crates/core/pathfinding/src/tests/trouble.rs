@@ -81,12 +81,12 @@ fn check(name: &str, trial: &Trial<'_>, units: u32, every: u32) {
                 bump(world, id, &mut dice, (trial.map, units));
             }
         });
-        let Outcome { arrived, collisions, orders, cycles, .. } = outcome;
+        let Outcome { arrived, collisions, orders, refused, cycles, .. } = outcome;
         println!(
             "{name}, seed {seed}: {arrived} arrived, {collisions} collisions, {orders} orders, {cycles} cycles; undisturbed {}",
             undisturbed.cycles
         );
-        assert_eq!(arrived, units as usize, "{name}, seed {seed}");
+        assert_eq!((arrived, refused), (units as usize, 0), "{name}, seed {seed}");
         assert!(cycles < BUMPED_UNTIL + 4 * undisturbed.cycles, "{name}, seed {seed}: {cycles}");
     }
 }
