@@ -4,19 +4,19 @@
 //! plays translates ([`Scene`], [`Order`]).
 
 mod auto;
+mod boarding;
 mod following;
-mod lattice;
 mod passage;
 mod reacting;
 mod scene;
 mod scheduled;
+mod squads;
 mod stepping;
 mod tactic;
-mod teams;
 mod walkers;
 
-pub use lattice::StepError;
-pub use scene::{Line, Order, Scene, Seen};
+pub use boarding::StepError;
+pub use scene::{Delivery, Order, Scene, Seen};
 pub use tactic::{Tactic, UnknownTactic};
 
 use std::ops::Range;
@@ -30,10 +30,10 @@ use crate::work::Work;
 use auto::Auto;
 use following::Following;
 use reacting::Reacting;
-use teams::Teams;
+use squads::Squads;
 
-/// Looks a cycle, unless another budget is given: some milliseconds.
-const LOOKS_A_CYCLE: u64 = 1 << 18;
+/// Looks a cycle, unless another budget is given: some ten milliseconds.
+const LOOKS_A_CYCLE: u64 = 1 << 20;
 
 /// What has become of a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +82,7 @@ impl Controller {
     #[must_use]
     pub fn of_groups(tactic: Tactic, groups: &[Group], speed: f64) -> Self {
         if tactic == Tactic::Auto {
-            let auto = Auto::new(Teams::of_groups(groups), speed);
+            let auto = Auto::new(Squads::of_groups(groups), speed);
             return Self::of_minds(vec![(0..usize::MAX, Mind::Auto(Box::new(auto)))]);
         }
         let mut first = 0;
@@ -118,7 +118,7 @@ impl Controller {
         self.later.len()
     }
 
-    /// Returns the same that does other than 2^18 looks a cycle when it plans: what that leaves undone is done in the cycles after it. A
+    /// Returns the same that does other than 2^20 looks a cycle when it plans: what that leaves undone is done in the cycles after it. A
     /// look is a pair of straight pieces that are compared, a point of a lattice that is visited, or an agent that is moved by a step. A
     /// part that has begun is ended whatever it takes. Only [`Tactic::Auto`] plans by parts.
     #[must_use]
@@ -126,14 +126,14 @@ impl Controller {
         Self { budget: looks.max(1), ..self }
     }
 
-    /// Returns the same for another line than [`Line::Sure`]. To be called before the first cycle.
+    /// Returns the same where other becomes of orders than [`Delivery::Sure`]. To be called before the first cycle.
     #[must_use]
-    pub fn over(self, line: Line) -> Self {
-        let over = |(units, mind)| match mind {
-            Mind::Auto(auto) => (units, Mind::Auto(Box::new(auto.over(line)))),
+    pub fn with_delivery(self, delivery: Delivery) -> Self {
+        let with_delivery = |(units, mind)| match mind {
+            Mind::Auto(auto) => (units, Mind::Auto(Box::new(auto.with_delivery(delivery)))),
             Mind::Reacting(_) | Mind::Following(_) => (units, mind),
         };
-        let all = |minds: Vec<_>| -> Vec<_> { minds.into_iter().map(over).collect() };
+        let all = |minds: Vec<_>| -> Vec<_> { minds.into_iter().map(with_delivery).collect() };
         Self { minds: all(self.minds), later: self.later.into_iter().map(all).collect(), ..self }
     }
 
@@ -206,7 +206,7 @@ impl Mind {
             Tactic::Alone => Self::Reacting(Reacting::alone(goals)),
             Tactic::Replan => Self::Reacting(Reacting::around(goals)),
             Tactic::Follow => Self::Following(Following::new(goals)),
-            Tactic::Auto => Self::Auto(Box::new(Auto::new(Teams::one(goals), speed))),
+            Tactic::Auto => Self::Auto(Box::new(Auto::new(Squads::one(goals), speed))),
         }
     }
 

@@ -23,7 +23,7 @@ mod walls;
 mod work;
 
 pub use around::{Crowd, Detours};
-pub use controller::{Controller, Line, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
+pub use controller::{Controller, Delivery, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
 pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use formation::{Formation, FormationError};

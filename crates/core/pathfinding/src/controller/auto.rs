@@ -1,11 +1,11 @@
 //! By a schedule where there is one, else in step: the tactic `auto`.
 
 use super::Progress;
-use super::lattice::StepError;
-use super::scene::{Line, Order, Scene};
+use super::boarding::StepError;
+use super::scene::{Delivery, Order, Scene};
 use super::scheduled::Scheduled;
+use super::squads::Squads;
 use super::stepping::{Stepping, Verdict};
-use super::teams::Teams;
 use crate::ground::Ground;
 use crate::work::Work;
 
@@ -16,9 +16,9 @@ const RETRY_MAX: u32 = 256;
 /// Leads by schedules, and in step where there is none.
 #[derive(Clone, Debug)]
 pub(crate) struct Auto {
-    teams: Teams,
+    squads: Squads,
     speed: f64,
-    line: Line,
+    delivery: Delivery,
     scheduled: Scheduled,
     /// While units are led in step.
     stepping: Option<Box<Stepping>>,
@@ -30,12 +30,12 @@ pub(crate) struct Auto {
 }
 
 impl Auto {
-    pub(crate) fn new(teams: Teams, speed: f64) -> Self {
+    pub(crate) fn new(squads: Squads, speed: f64) -> Self {
         Self {
-            scheduled: Scheduled::new(teams.clone(), speed, Line::Sure),
-            teams,
+            scheduled: Scheduled::new(squads.clone(), speed, Delivery::Sure),
+            squads,
             speed,
-            line: Line::Sure,
+            delivery: Delivery::Sure,
             stepping: None,
             error: None,
             next: 0,
@@ -43,10 +43,10 @@ impl Auto {
         }
     }
 
-    /// Returns the same for a line.
-    pub(crate) fn over(self, line: Line) -> Self {
-        let scheduled = Scheduled::new(self.teams.clone(), self.speed, line);
-        Self { scheduled, line, ..self }
+    /// Returns the same where this becomes of orders.
+    pub(crate) fn with_delivery(self, delivery: Delivery) -> Self {
+        let scheduled = Scheduled::new(self.squads.clone(), self.speed, delivery);
+        Self { scheduled, delivery, ..self }
     }
 
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
@@ -55,7 +55,7 @@ impl Auto {
             if !self.scheduled.is_stuck() || scene.cycle < self.next {
                 return orders;
             }
-            self.stepping = Some(Box::new(Stepping::new(self.teams.clone(), self.speed, self.line)));
+            self.stepping = Some(Box::new(Stepping::new(self.squads.clone(), self.speed, self.delivery)));
         }
         let Some(stepping) = &mut self.stepping else { return Vec::new() };
         match stepping.advance(ground, scene, work) {

@@ -18,7 +18,7 @@ pub(crate) const LEGS_MAX: usize = 64;
 
 /// What becomes of orders on their way. Only [`crate::Tactic::Auto`] asks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Line {
+pub enum Delivery {
     /// They arrive in time: units rely on it that others do what they were told.
     #[default]
     Sure,
@@ -30,7 +30,7 @@ pub enum Line {
     },
 }
 
-impl Line {
+impl Delivery {
     /// How often orders of schedules are given again.
     pub(crate) fn repeats(self) -> u32 {
         match self {

@@ -4,8 +4,8 @@ use glam::DVec2;
 use maniple_geometry::{Circle, Scalar, Segment};
 
 use super::Progress;
-use super::scene::{GRACE, LEAD, LEGS_MAX, Line, Order, Scene, Seen, is_there};
-use super::teams::{Team, Teams};
+use super::scene::{Delivery, GRACE, LEAD, LEGS_MAX, Order, Scene, Seen, is_there};
+use super::squads::{Squad, Squads};
 use crate::ground::{Ground, MARGIN};
 use crate::planner::{Planner, length};
 use crate::release::{Goals, Group, Moving, Releasing, Request, Walk, by_distance};
@@ -77,7 +77,7 @@ struct Planning {
 #[derive(Clone, Debug)]
 pub(crate) struct Scheduled {
     goals: Vec<DVec2>,
-    teams: Vec<Team>,
+    squads: Vec<Squad>,
     speed: f64,
     partly: Partly,
     /// How often an order is given again before its departure.
@@ -104,16 +104,16 @@ pub(crate) struct Scheduled {
 }
 
 impl Scheduled {
-    pub(crate) fn new(teams: Teams, speed: f64, line: Line) -> Self {
-        let Teams { goals, teams } = teams;
+    pub(crate) fn new(squads: Squads, speed: f64, delivery: Delivery) -> Self {
+        let Squads { goals, squads } = squads;
         // One group has nobody to meet: it can go in parts as well as at once, and with fewer orders than in step.
-        let partly = if teams.len() == 1 { Partly::Allowed } else { Partly::Never };
+        let partly = if squads.len() == 1 { Partly::Allowed } else { Partly::Never };
         Self {
             goals,
-            teams,
+            squads,
             speed,
             partly,
-            repeats: line.repeats(),
+            repeats: delivery.repeats(),
             again: Vec::new(),
             planning: None,
             allowance: 0,
@@ -428,8 +428,8 @@ impl Scheduled {
 
     /// Those of some goals to which a unit may go.
     fn goals_of<'a>(&self, unit: usize, goals: &'a [usize]) -> &'a [usize] {
-        let team = self.teams.partition_point(|team| team.units.end <= unit);
-        self.teams.get(team).map_or(&[], |team| team.part_of(goals))
+        let squad = self.squads.partition_point(|squad| squad.units.end <= unit);
+        self.squads.get(squad).map_or(&[], |squad| squad.part_of(goals))
     }
 
     /// Takes out those who have no way to any free goal.
@@ -456,20 +456,20 @@ impl Scheduled {
     }
 
     /// The units that are ready as groups, with as many goals, and the places of these: those that are nearest. Leaves as many ready
-    /// of each team as there are goals for it.
+    /// of each squad as there are goals for it.
     fn groups(&self, scene: &Scene<'_>, ready: &mut Vec<usize>, free: &[usize]) -> Vec<(Group, Vec<usize>)> {
         let mut groups = Vec::new();
         let mut kept = Vec::new();
-        for team in &self.teams {
-            let (mut units, mut goals) = (team.members_of(ready).to_vec(), team.part_of(free).to_vec());
-            if team.whose == Goals::Own {
-                let goal_of = |unit: usize| team.goals.start + (unit - team.units.start);
+        for squad in &self.squads {
+            let (mut units, mut goals) = (squad.members_of(ready).to_vec(), squad.part_of(free).to_vec());
+            if squad.whose == Goals::Own {
+                let goal_of = |unit: usize| squad.goals.start + (unit - squad.units.start);
                 units.retain(|&unit| goals.binary_search(&goal_of(unit)).is_ok());
                 goals = units.iter().map(|&unit| goal_of(unit)).collect();
             }
             units.truncate(goals.len());
             if !units.is_empty() {
-                groups.extend(self.groups_of(scene, (&units, goals), team.whose));
+                groups.extend(self.groups_of(scene, (&units, goals), squad.whose));
                 kept.extend(units);
             }
         }
@@ -477,7 +477,7 @@ impl Scheduled {
         groups
     }
 
-    /// Units of one team as one group, or as many.
+    /// Units of one squad as one group, or as many.
     fn groups_of(
         &self,
         scene: &Scene<'_>,

@@ -2,11 +2,11 @@
 
 use maniple_geometry::{Circle, Segment};
 
-use super::lattice::{Lattice, StepError, Survey};
+use super::boarding::{Boarding, StepError, Survey};
 use super::passage::Passage;
-use super::scene::{GRACE, Line, Order, Scene};
+use super::scene::{Delivery, GRACE, Order, Scene};
 use super::scheduled::Scheduled;
-use super::teams::Teams;
+use super::squads::Squads;
 use super::walkers::{Astray, Walkers};
 use crate::ground::{Ground, MARGIN};
 use crate::in_step::{Outcome, Pibt, Place, Rings, Tree};
@@ -36,9 +36,9 @@ pub(crate) enum Verdict {
 /// Leads by plans in step.
 #[derive(Clone, Debug)]
 pub(crate) struct Stepping {
-    teams: Teams,
+    squads: Squads,
     speed: f64,
-    line: Line,
+    delivery: Delivery,
     stage: Stage,
     /// Who was in the way when it was looked at last.
     others: Vec<Circle>,
@@ -48,20 +48,20 @@ pub(crate) struct Stepping {
 enum Stage {
     /// All come to rest; from this cycle on they can be taken to rest.
     Halting { since: u32 },
-    /// The lattice is chosen, and the places on it.
+    /// The board is chosen, and the places on it.
     Surveying(Box<Survey>),
     /// Each goes to its place.
     Entering(Box<Scheduled>, Box<Walking>),
-    /// All walk over the lattice.
+    /// All walk over the board.
     Walking(Box<Walking>),
     /// Each goes to its goal.
     Leaving(Box<Scheduled>, Vec<Option<usize>>),
 }
 
-/// A walk over a lattice, and the search for it.
+/// A walk over a board, and the search for it.
 #[derive(Clone, Debug)]
 struct Walking {
-    lattice: Lattice,
+    boarding: Boarding,
     passage: Passage,
     walkers: Walkers,
     search: Search,
@@ -80,8 +80,8 @@ enum Search {
 }
 
 impl Stepping {
-    pub(crate) fn new(teams: Teams, speed: f64, line: Line) -> Self {
-        Self { teams, speed, line, stage: Stage::Halting { since: 0 }, others: Vec::new() }
+    pub(crate) fn new(squads: Squads, speed: f64, delivery: Delivery) -> Self {
+        Self { squads, speed, delivery, stage: Stage::Halting { since: 0 }, others: Vec::new() }
     }
 
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
@@ -94,9 +94,9 @@ impl Stepping {
             self.stage = Stage::Surveying(Box::new(Survey::new(ground, points, scene.others)));
         }
         if let Stage::Surveying(survey) = &mut self.stage {
-            match survey.advance(ground, &self.teams, work) {
+            match survey.advance(ground, &self.squads, work) {
                 None => return Verdict::Going(Vec::new()),
-                Some(Ok(lattice)) => self.enter(lattice),
+                Some(Ok(boarding)) => self.enter(boarding),
                 Some(Err(error)) => return Verdict::Failed(error),
             }
         }
@@ -130,11 +130,11 @@ impl Stepping {
         }
     }
 
-    fn enter(&mut self, lattice: Lattice) {
-        let points = lattice.starts.iter().map(|&place| lattice.board.point(place)).collect();
-        let scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.line).partly();
+    fn enter(&mut self, boarding: Boarding) {
+        let points = boarding.starts.iter().map(|&place| boarding.board.point(place)).collect();
+        let scheduled = Scheduled::new(Squads::of_each(points), self.speed, self.delivery).partly();
         self.stage =
-            Stage::Entering(Box::new(scheduled), Box::new(Walking::new(lattice, self.speed, self.line)));
+            Stage::Entering(Box::new(scheduled), Box::new(Walking::new(boarding, self.speed, self.delivery)));
     }
 
     fn walk(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Verdict {
@@ -156,13 +156,13 @@ impl Stepping {
         if !walking.is_over() {
             return Verdict::Going(walking.orders(scene.cycle));
         }
-        let lattice = &walking.lattice;
+        let boarding = &walking.boarding;
         let end = |(unit, goal): (usize, &Option<usize>)| {
-            goal.map_or(lattice.board.point(lattice.ends[unit]), |goal| self.teams.goals[goal])
+            goal.map_or(boarding.board.point(boarding.ends[unit]), |goal| self.squads.goals[goal])
         };
-        let points = lattice.goals.iter().enumerate().map(end).collect();
-        let mut scheduled = Scheduled::new(Teams::of_each(points), self.speed, self.line).partly();
-        let goals = lattice.goals.clone();
+        let points = boarding.goals.iter().enumerate().map(end).collect();
+        let mut scheduled = Scheduled::new(Squads::of_each(points), self.speed, self.delivery).partly();
+        let goals = boarding.goals.clone();
         let orders = scheduled.advance(ground, scene, work);
         self.stage = Stage::Leaving(Box::new(scheduled), goals);
         Verdict::Going(orders)
@@ -170,19 +170,19 @@ impl Stepping {
 }
 
 impl Walking {
-    fn new(lattice: Lattice, speed: f64, line: Line) -> Self {
-        let from = lattice.starts.clone();
-        let tree = Box::new(Tree::new(lattice.problem(&from), Rings::Avoided, SEED));
+    fn new(boarding: Boarding, speed: f64, delivery: Delivery) -> Self {
+        let from = boarding.starts.clone();
+        let tree = Box::new(Tree::new(boarding.problem(&from), Rings::Avoided, SEED));
         Self {
-            passage: Passage::new(lattice.board.len(), &from),
-            walkers: Walkers::new(from.len(), (lattice.board.pitch(), speed), line),
+            passage: Passage::new(boarding.board.len(), &from),
+            walkers: Walkers::new(from.len(), (boarding.board.pitch(), speed), delivery),
             search: Search::Open { from, tree, steps: STEPS_MIN },
-            lattice,
+            boarding,
         }
     }
 
     fn look(&mut self, scene: &Scene<'_>) -> Result<(), Astray> {
-        self.walkers.look((&self.lattice.board, &self.passage), scene)
+        self.walkers.look((&self.boarding.board, &self.passage), scene)
     }
 
     /// Whether all rest where the plan ends.
@@ -192,8 +192,8 @@ impl Walking {
 
     /// Goes on with the search.
     fn search(&mut self, work: &mut Work) {
-        let (board, distances) = (&self.lattice.board, &self.lattice.distances);
-        let agents = self.lattice.starts.len() as u64;
+        let (board, distances) = (&self.boarding.board, &self.boarding.distances);
+        let agents = self.boarding.starts.len() as u64;
         if let Search::Without { left, next } = &mut self.search {
             let mut pibt = Pibt::with_rings((board, Rings::Avoided), distances, &self.passage.ends(), SEED);
             while *left > 0 && work.is_left() {
@@ -205,13 +205,13 @@ impl Walking {
                 return;
             }
             let (from, steps) = (self.passage.ends(), *next);
-            let tree = Box::new(Tree::new(self.lattice.problem(&from), Rings::Avoided, SEED));
+            let tree = Box::new(Tree::new(self.boarding.problem(&from), Rings::Avoided, SEED));
             self.search = Search::Open { from, tree, steps };
         }
         let Search::Open { from, tree, .. } = &mut self.search else { return };
         let mut outcome = None;
         while outcome.is_none() && work.is_left() && tree.expanded() * agents < TRIED_MAX {
-            outcome = tree.advance(self.lattice.problem(from), 1);
+            outcome = tree.advance(self.boarding.problem(from), 1);
             work.add(agents);
         }
         match outcome {
@@ -236,12 +236,12 @@ impl Walking {
             self.search =
                 if next > STEPS_MAX { Search::Failed } else { Search::Without { left: steps, next } };
         }
-        self.walkers.orders((&self.lattice.board, &self.passage), cycle)
+        self.walkers.orders((&self.boarding.board, &self.passage), cycle)
     }
 
     /// Whether what is left of some way leads over somebody.
     fn is_met_by(&self, others: &[Circle], radius: f64) -> bool {
-        let board = &self.lattice.board;
+        let board = &self.boarding.board;
         let is_met = |from: Place, to: Place| {
             let line: Segment = Segment::new(board.point(from), board.point(to));
             others.iter().any(|other| {
@@ -249,7 +249,7 @@ impl Walking {
                 line.nearest(other.center).distance_squared(other.center) < reach * reach
             })
         };
-        (0..self.lattice.starts.len()).any(|unit| {
+        (0..self.boarding.starts.len()).any(|unit| {
             let ahead = self.walkers.ahead(&self.passage, unit);
             ahead.windows(2).any(|step| is_met(step[0], step[1]))
         })

@@ -12,7 +12,8 @@ pub enum Tactic {
     /// Each takes its own path, and whenever it was stopped another one around all who rest: local repair, *LRA\**.
     #[doc(alias = "lra")]
     Replan,
-    /// All by one schedule of departures; who is stopped all the same is scheduled anew, with those in whose way it stands.
+    /// All by one schedule of departures; who is stopped all the same is scheduled anew, with those in whose way it stands. In step where
+    /// there is no schedule.
     Auto,
 }
 

@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::passage::{Departure, Passage};
-use super::scene::{GRACE, LEAD, LEGS_MAX, Line, Order, Scene, Seen, THERE};
+use super::scene::{Delivery, GRACE, LEAD, LEGS_MAX, Order, Scene, Seen, THERE};
 use crate::in_step::{Board, Place};
 
 /// Rounding of times, in cycles; so long nobody comes nearer by more than rounding.
@@ -50,13 +50,13 @@ pub(crate) struct Walkers {
     walkers: Vec<Walker>,
     /// Cycles of a step.
     step: f64,
-    line: Line,
+    delivery: Delivery,
 }
 
 impl Walkers {
     /// Returns units that rest at the beginning of their ways; steps are a pitch long, at a speed in world units a cycle.
-    pub(crate) fn new(units: usize, (pitch, speed): (f64, f64), line: Line) -> Self {
-        Self { walkers: vec![Walker::Resting { at: 0 }; units], step: pitch / speed, line }
+    pub(crate) fn new(units: usize, (pitch, speed): (f64, f64), delivery: Delivery) -> Self {
+        Self { walkers: vec![Walker::Resting { at: 0 }; units], step: pitch / speed, delivery }
     }
 
     /// Whether all rest at the ends of their ways.
@@ -117,7 +117,8 @@ impl Walkers {
     /// What a unit does if it is told to go, or to go farther than it was told in this cycle, and what it is told; `None` where there is
     /// nothing to tell.
     fn told(&self, way: Way<'_>, earliest: f64, is_told: bool) -> Option<(Walker, Run)> {
-        let leaving = |(unit, index): Departure| self.walkers[unit].leaving(index, (self.step, self.line));
+        let leaving =
+            |(unit, index): Departure| self.walkers[unit].leaving(index, (self.step, self.delivery));
         match self.walkers[way.unit] {
             Walker::Resting { at } => {
                 let (start, to) = way.first_run(at, earliest, leaving)?;
@@ -199,15 +200,15 @@ impl Walker {
         }
     }
 
-    /// When the unit leaves the place with an index on its way: as far as it was told to go, or, over a line that loses orders, was seen
+    /// When the unit leaves the place with an index on its way: as far as it was told to go, or, where orders get lost, was seen
     /// to.
-    fn leaving(self, index: usize, (step, line): (f64, Line)) -> Leaving {
-        let (from, to, start) = match (self, line) {
+    fn leaving(self, index: usize, (step, delivery): (f64, Delivery)) -> Leaving {
+        let (from, to, start) = match (self, delivery) {
             (Self::Resting { at }, _) => (at, at, 0.0),
-            (Self::Ordered { from, to, start }, Line::Sure) => (from, to, start),
-            (Self::Ordered { from, .. }, Line::Lossy { .. }) => (from, from, 0.0),
-            (Self::Going { from, to, start, onward }, Line::Sure) => (from, onward.unwrap_or(to), start),
-            (Self::Going { from, to, start, .. }, Line::Lossy { .. }) => (from, to, start),
+            (Self::Ordered { from, to, start }, Delivery::Sure) => (from, to, start),
+            (Self::Ordered { from, .. }, Delivery::Lossy { .. }) => (from, from, 0.0),
+            (Self::Going { from, to, start, onward }, Delivery::Sure) => (from, onward.unwrap_or(to), start),
+            (Self::Going { from, to, start, .. }, Delivery::Lossy { .. }) => (from, to, start),
         };
         match index {
             _ if index < from => Leaving::Left,
@@ -286,5 +287,30 @@ impl Way<'_> {
             }
         }
         Order { unit: self.unit, legs, start: Some(start) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Ground;
+    use crate::tests::drawn;
+
+    /// Who is quick may do both steps in one cycle, and would be where it was.
+    #[test]
+    fn no_run_ends_where_it_begins() {
+        let board = Board::new(&Ground::new(&drawn(&["..", ".."]), 0.35).unwrap()).unwrap();
+        let [here, there] = [board.place(0, 0).unwrap(), board.place(1, 0).unwrap()];
+        let mut passage = Passage::new(board.len(), &[here]);
+        for place in [there, here, there] {
+            passage.push(&[place]);
+        }
+        fn way(passage: &Passage) -> Way<'_> {
+            Way { passage, unit: 0, step: 0.25 }
+        }
+        assert_eq!(way(&passage).onward((0, 0), 0.0, |_| Leaving::Left), Some(3));
+        passage.push(&[here]);
+        assert_eq!(way(&passage).onward((0, 0), 0.0, |_| Leaving::Left), Some(3));
+        assert_eq!(way(&passage).onward((2, 2), 0.0, |_| Leaving::Left), Some(3));
     }
 }

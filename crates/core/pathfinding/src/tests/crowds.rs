@@ -6,7 +6,7 @@ use maniple_tilemap::{Kind, TileMap, TileShape};
 use super::release::{block, gap};
 use super::trial::{Outcome, Trial};
 use super::{drawn, generated};
-use crate::{Goals, Group, Line, StepError, Tactic};
+use crate::{Delivery, Goals, Group, StepError, Tactic};
 
 fn open(side: u32) -> TileMap {
     let shapes = vec![TileShape::Open; (side * side) as usize];
@@ -65,16 +65,16 @@ fn maze(units: usize, seed: u64) -> (TileMap, Vec<Group>) {
 fn check(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
     let units: usize = groups.iter().map(|group| group.starts.len()).sum();
     let sure = Trial::of_groups(map, Tactic::Auto, groups.clone());
-    for (latency, lost, line) in
-        [(0, 0.0, Line::Sure), (2, 0.0, Line::Sure), (2, 0.01, Line::Lossy { repeats: 2 })]
+    for (latency, lost, delivery) in
+        [(0, 0.0, Delivery::Sure), (2, 0.0, Delivery::Sure), (2, 0.01, Delivery::Lossy { repeats: 2 })]
     {
-        let outcome = Trial { latency, lost, line, ..sure.clone() }.run(6000);
-        let Outcome { arrived, collisions, orders, cycles, error, .. } = &outcome;
+        let outcome = Trial { latency, lost, delivery, ..sure.clone() }.run(6000);
+        let Outcome { arrived, collisions, orders, refused, cycles, error, .. } = &outcome;
         println!(
             "{name}, {units} units, {latency} cycles, {lost} lost: {arrived} arrived, {collisions} collisions, {orders} orders, \
              {cycles} cycles, {error:?}"
         );
-        assert_eq!((*arrived, *collisions), (units, 0), "{name} {units} {latency} {lost}");
+        assert_eq!((*arrived, *collisions, *refused), (units, 0, 0), "{name} {units} {latency} {lost}");
     }
 }
 
@@ -82,6 +82,21 @@ fn check(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
 fn four_groups_change_the_corners_of_a_field() {
     for units in [5, 20, 100] {
         check("corners", &corners(units));
+    }
+}
+
+/// Closer than the middles of tiles, and beside them.
+#[test]
+fn dense_groups_spread_onto_the_board_and_close_up_again() {
+    for (units, share) in [(16, 0.75), (36, 0.75), (64, 0.8)] {
+        let (map, mut groups) = corners(units);
+        for points in groups.iter_mut().flat_map(|group| [&mut group.starts, &mut group.goals]) {
+            let middle = points.iter().sum::<DVec2>() / points.len() as f64;
+            for point in points {
+                *point = middle + (*point - middle) * share + DVec2::new(0.3, 0.1);
+            }
+        }
+        check("dense", &(map, groups));
     }
 }
 
@@ -107,7 +122,7 @@ fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
         let trial = Trial {
             latency: 2,
             lost: 0.2,
-            line: Line::Lossy { repeats: 6 },
+            delivery: Delivery::Lossy { repeats: 6 },
             seed,
             ..Trial::of_groups(&map, Tactic::Auto, groups.clone())
         };
@@ -118,7 +133,7 @@ fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
 }
 
 #[test]
-fn larger_circles_go_on_a_coarser_lattice() {
+fn larger_circles_go_on_a_coarser_board() {
     let (map, groups) = corners(20);
     for radius in [0.4, 0.45] {
         let trial = Trial { radius, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
@@ -130,7 +145,17 @@ fn larger_circles_go_on_a_coarser_lattice() {
     }
 }
 
-/// Two who have to change places in a corridor with one bay: there is no schedule, and a plan in step if the bay is on the lattice.
+/// Orders that are given again before the departure are not missed.
+#[test]
+fn a_line_that_loses_a_tenth_of_all_orders_makes_nobody_collide_in_a_schedule() {
+    let (map, groups) = counterflow(2);
+    let delivery = Delivery::Lossy { repeats: 5 };
+    let trial = Trial { latency: 2, lost: 0.1, delivery, ..Trial::of_groups(&map, Tactic::Auto, groups) };
+    let Outcome { arrived, collisions, .. } = trial.run(3000);
+    assert_eq!((arrived, collisions), (100, 0));
+}
+
+/// Two who have to change places in a corridor with one bay: there is no schedule, and a plan in step if the bay is on the board.
 #[test]
 fn two_change_places_in_a_corridor_with_a_bay() {
     let map = drawn(&["@@@@@@@@@", "@.......@", "@@@@.@@@@", "@@@@@@@@@"]);
@@ -151,17 +176,34 @@ fn two_change_places_in_a_corridor_with_a_bay() {
 #[test]
 fn no_cycle_plans_more_than_its_budget_and_one_part() {
     // The largest part: 96 units and as many goals are assigned to each other.
-    for (map, groups) in [corners(20), counterflow(2), corners(100)] {
-        let part = 120_000;
-        for budget in [1_000, 20_000, 1 << 18] {
-            let trial = Trial { budget, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
-            let outcome = trial.run(6000);
-            let most = outcome.looks.iter().copied().max().unwrap();
-            let all: u64 = outcome.looks.iter().sum();
-            println!("budget {budget}: {most} at most, {all} in all, {} cycles", outcome.cycles);
-            assert!(most < budget + part, "{most}");
-            assert_eq!((outcome.arrived, outcome.collisions), (outcome.progress.len(), 0));
-            assert_eq!(outcome, trial.run(6000));
-        }
+    let part = 120_000;
+    for ((map, groups), budget) in [
+        (corners(20), 1_000),
+        (corners(20), 20_000),
+        (corners(100), 50_000),
+        (counterflow(2), 1_000),
+        (counterflow(2), 1 << 18),
+    ] {
+        let units: usize = groups.iter().map(|group| group.starts.len()).sum();
+        let outcome = Trial { budget, ..Trial::of_groups(&map, Tactic::Auto, groups) }.run(6000);
+        let most = outcome.looks.iter().copied().max().unwrap();
+        let all: u64 = outcome.looks.iter().sum();
+        println!("{units} units, budget {budget}: {most} at most, {all} in all, {} cycles", outcome.cycles);
+        assert!(most < budget + part, "{most}");
+        assert_eq!((outcome.arrived, outcome.collisions), (units, 0));
     }
+}
+
+#[test]
+fn the_same_crowd_is_led_by_the_same_orders() {
+    let (map, groups) = corners(20);
+    let delivery = Delivery::Lossy { repeats: 1 };
+    let trial = Trial {
+        budget: 20_000,
+        latency: 2,
+        lost: 0.05,
+        delivery,
+        ..Trial::of_groups(&map, Tactic::Auto, groups)
+    };
+    assert_eq!(trial.run(6000), trial.run(6000));
 }

@@ -216,6 +216,26 @@ fn a_schedule_found_in_parts_is_that_found_at_once() {
     }
 }
 
+/// What the largest groups take; `MANIPLE_LONG=1` schedules 2,000, the ordinary run 100.
+#[test]
+#[expect(clippy::disallowed_methods, reason = "a test may look at its environment")]
+fn large_groups_are_scheduled_in_parts() {
+    let side = if std::env::var_os("MANIPLE_LONG").is_some() { (50, 40) } else { (10, 10) };
+    let ground = Ground::new(&open(130), RADIUS).unwrap();
+    let groups = [group(block(side, DVec2::new(32.0, 32.0)), block(side, DVec2::new(98.0, 98.0)))];
+    let request = Request { groups: &groups, speed: SPEED, still: &[], moving: &[] };
+    let mut releasing = Releasing::new(&request);
+    let (mut ended, mut cycles, mut most) = (None, 0, 0);
+    while ended.is_none() {
+        let before = releasing.looks();
+        ended = releasing.advance(&ground, 1 << 20);
+        most = most.max(releasing.looks() - before);
+        cycles += 1;
+    }
+    println!("{} units: {} looks in {cycles} cycles, {most} at most", side.0 * side.1, releasing.looks());
+    assert!(ended.unwrap().is_ok() && most < (1 << 20) + 120_000);
+}
+
 /// Points with room, more than a tile apart: so many, and as many others.
 fn places(dice: &mut Dice, map: &TileMap, count: usize) -> (Vec<DVec2>, Vec<DVec2>) {
     let ground = Ground::new(map, RADIUS).unwrap();

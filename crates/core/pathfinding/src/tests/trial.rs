@@ -9,7 +9,7 @@ use maniple_tilemap::TileMap;
 
 use super::Dice;
 use super::release::moment;
-use crate::{Controller, Goals, Ground, Group, Line, Order, Progress, Scene, Seen, StepError, Tactic};
+use crate::{Controller, Delivery, Goals, Ground, Group, Order, Progress, Scene, Seen, StepError, Tactic};
 
 /// World units a cycle.
 pub(crate) const SPEED: f64 = 0.2;
@@ -30,8 +30,8 @@ pub(crate) struct Trial<'a> {
     pub(crate) latency: usize,
     /// The part of the orders that is lost.
     pub(crate) lost: f64,
-    /// What the controller is told of the line.
-    pub(crate) line: Line,
+    /// What the controller is told of it.
+    pub(crate) delivery: Delivery,
     /// Looks a cycle.
     pub(crate) budget: u64,
     /// Decides which orders are lost.
@@ -46,6 +46,8 @@ pub(crate) struct Outcome {
     pub(crate) arrived: usize,
     pub(crate) collisions: usize,
     pub(crate) orders: usize,
+    /// Orders that came later than the start that they named.
+    pub(crate) refused: usize,
     /// When the last order was given.
     pub(crate) last_order: u32,
     /// When the last one arrived; the end of the trial where not all have.
@@ -65,10 +67,10 @@ impl Trial<'_> {
     }
 
     pub(crate) fn of_groups(map: &TileMap, tactic: Tactic, groups: Vec<Group>) -> Trial<'_> {
-        let (radius, latency, lost, line, seed, stones) = (0.35, 0, 0.0, Line::Sure, 7, Vec::new());
-        let budget = 1 << 18;
+        let (radius, latency, lost, delivery, seed, stones) = (0.35, 0, 0.0, Delivery::Sure, 7, Vec::new());
+        let budget = 1 << 20;
         let stages = Vec::new();
-        Trial { map, radius, groups, stages, tactic, latency, lost, line, budget, seed, stones }
+        Trial { map, radius, groups, stages, tactic, latency, lost, delivery, budget, seed, stones }
     }
 
     fn starts(&self) -> impl Iterator<Item = DVec2> {
@@ -102,6 +104,7 @@ impl Trial<'_> {
             arrived: 0,
             collisions: 0,
             orders: 0,
+            refused: 0,
             last_order: 0,
             cycles: 0,
             progress: Vec::new(),
@@ -129,7 +132,7 @@ impl Trial<'_> {
             }
             line.push_back(orders.into_iter().filter(|_| dice.share() >= self.lost).collect());
             for order in line.pop_front().unwrap() {
-                obey(&mut world, &order);
+                outcome.refused += usize::from(!obey(&mut world, &order));
             }
             let events = world.step();
             let collided = |kind| matches!(kind, EventKind::Object | EventKind::Segment | EventKind::Edge);
@@ -153,7 +156,7 @@ impl Trial<'_> {
             let goals = self.groups.iter().map(|group| group.goals.clone());
             Controller::by_stages(self.tactic, self.stages.iter().cloned().chain(goals).collect(), SPEED)
         };
-        controller.over(self.line).with_budget(self.budget)
+        controller.with_delivery(self.delivery).with_budget(self.budget)
     }
 
     fn set_stones(&self, cycle: u32, world: &mut World) {
@@ -193,14 +196,15 @@ fn look(world: &World, id: u32) -> Seen {
     }
 }
 
-fn obey(world: &mut World, order: &Order) {
+/// Carries an order out; returns whether it could be.
+fn obey(world: &mut World, order: &Order) -> bool {
     let id = ObjectId(u32::try_from(order.unit).unwrap());
     if order.legs.is_empty() {
         world.halt(id, None).unwrap();
-        return;
+        return true;
     }
     let legs: Vec<Leg> = order.legs.iter().map(|&goal| Leg { goal, speed: SPEED }).collect();
     let start = order.start.map(moment);
     // An order that comes too late is refused; that is as if it had been lost.
-    let _ = world.go(id, &legs, Placement::Replace, start);
+    world.go(id, &legs, Placement::Replace, start).is_ok()
 }

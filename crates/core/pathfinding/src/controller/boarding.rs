@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::Circle;
 use thiserror::Error;
 
-use super::teams::{Team, Teams};
+use super::squads::{Squad, Squads};
 use crate::ground::Ground;
 use crate::in_step::{Board, Distances, FAR, Place, Problem, Raster};
 use crate::release::{Assignment, Goals};
@@ -22,12 +22,12 @@ const BEYOND: f64 = 1e12;
 pub enum StepError {
     /// Not every unit, or not every goal, has a place of its own on the board near it.
     #[error(
-        "a unit or a goal has no place on the lattice near it; choose goals that are farther apart and farther from walls"
+        "a unit or a goal has no place on the board near it; choose goals that are farther apart and farther from walls"
     )]
     NoPlace,
     /// No unit has a way on the board to a goal, as those are who rest in the way.
     #[error(
-        "no unit has a way on the lattice to a goal; wait until who rests in the way has gone, or choose other goals"
+        "no unit has a way on the board to a goal; wait until who rests in the way has gone, or choose other goals"
     )]
     NoWay,
     /// The search has looked at all there is, or at as much as it may.
@@ -35,14 +35,14 @@ pub enum StepError {
     NoPlan,
     /// Units do not get to their places, or not from there to their goals.
     #[error(
-        "a unit does not get to its place on the lattice or from there to its goal; choose goals that are farther apart"
+        "a unit does not get to its place on the board or from there to its goal; choose goals that are farther apart"
     )]
     Crowded,
 }
 
 /// Units on a board: where each starts and ends, all as the agents of one problem.
 #[derive(Clone, Debug)]
-pub(crate) struct Lattice {
+pub(crate) struct Boarding {
     pub(crate) board: Board,
     pub(crate) starts: Vec<Place>,
     pub(crate) ends: Vec<Place>,
@@ -51,14 +51,14 @@ pub(crate) struct Lattice {
     pub(crate) goals: Vec<Option<usize>>,
 }
 
-impl Lattice {
+impl Boarding {
     /// Returns the problem of all from some places on.
     pub(crate) fn problem<'a>(&'a self, starts: &'a [Place]) -> Problem<'a> {
         Problem { board: &self.board, starts, goals: &self.ends, distances: &self.distances }
     }
 }
 
-/// The choice of a lattice, part by part: the first raster on which units get to goals.
+/// The choice of a board and of the places on it, part by part: the first raster on which units get to goals.
 #[derive(Clone, Debug)]
 pub(crate) struct Survey {
     /// Where the units are.
@@ -70,7 +70,7 @@ pub(crate) struct Survey {
     error: StepError,
 }
 
-/// A lattice, as far as it is known.
+/// A board and the places on it, as far as they are known.
 #[derive(Clone, Debug)]
 struct Draft {
     board: Board,
@@ -91,8 +91,8 @@ enum Part {
     Goals(Settling),
     /// How far it is from everywhere to each goal.
     Distances,
-    /// Which unit of a team goes to which goal.
-    Teams { team: usize, assignment: Option<Assignment> },
+    /// Which unit of a squad goes to which goal.
+    Squads { squad: usize, assignment: Option<Assignment> },
 }
 
 /// The choice of a place for each of some points.
@@ -112,13 +112,13 @@ impl Survey {
         Self { points, others, rasters, current: None, error }
     }
 
-    /// Goes on while work is left; returns the lattice, or why there is none.
+    /// Goes on while work is left; returns the board and the places, or why there are none.
     pub(crate) fn advance(
         &mut self,
         ground: &Ground,
-        teams: &Teams,
+        squads: &Squads,
         work: &mut Work,
-    ) -> Option<Result<Lattice, StepError>> {
+    ) -> Option<Result<Boarding, StepError>> {
         while work.is_left() {
             let Some(draft) = &mut self.current else {
                 let Some(raster) = self.rasters.pop() else { return Some(Err(self.error)) };
@@ -127,7 +127,7 @@ impl Survey {
                 self.current = Some(Draft::new(board, self.points.len()));
                 continue;
             };
-            match draft.advance(ground, (&self.points, teams), work) {
+            match draft.advance(ground, (&self.points, squads), work) {
                 Ok(false) => {}
                 Ok(true) => return self.current.take().map(Draft::finish),
                 Err(error) => (self.error, self.current) = (error, None),
@@ -154,7 +154,7 @@ impl Draft {
     fn advance(
         &mut self,
         ground: &Ground,
-        (points, teams): (&[DVec2], &Teams),
+        (points, squads): (&[DVec2], &Squads),
         work: &mut Work,
     ) -> Result<bool, StepError> {
         match &mut self.part {
@@ -165,7 +165,7 @@ impl Draft {
                 }
             }
             Part::Goals(settling) => {
-                if let Some(places) = settling.advance((ground, &self.board), &teams.goals, work)? {
+                if let Some(places) = settling.advance((ground, &self.board), &squads.goals, work)? {
                     self.of_goals = places;
                     self.part = Part::Distances;
                 }
@@ -175,10 +175,10 @@ impl Draft {
                     self.distances.push(&self.board, goal);
                     work.add(self.board.len() as u64);
                 }
-                None => self.part = Part::Teams { team: 0, assignment: None },
+                None => self.part = Part::Squads { squad: 0, assignment: None },
             },
-            Part::Teams { team, assignment } => {
-                let Some(current) = teams.teams.get(*team) else { return Ok(true) };
+            Part::Squads { squad, assignment } => {
+                let Some(current) = squads.squads.get(*squad) else { return Ok(true) };
                 let sharing = Sharing::new((&self.starts, &self.of_goals), &self.distances, current);
                 let assignment = assignment.get_or_insert_with(|| sharing.begin(&self.board));
                 if let Some(looks) = assignment.advance(|row, column| sharing.cost(row, column)) {
@@ -186,14 +186,16 @@ impl Draft {
                     return Ok(false);
                 }
                 sharing.end(&assignment.assigned, &mut self.goals);
-                self.part = Part::Teams { team: *team + 1, assignment: None };
+                self.part = Part::Squads { squad: *squad + 1, assignment: None };
             }
         }
         Ok(false)
     }
 
-    fn finish(self) -> Result<Lattice, StepError> {
+    fn finish(self) -> Result<Boarding, StepError> {
         let Self { board, starts, of_goals, mut distances, mut goals, .. } = self;
+        assert!(are_different(&starts), "each unit has a place of its own");
+        assert!(are_different(&of_goals), "each goal has a place of its own");
         let ends = ends(&starts, &of_goals, &mut goals);
         if goals.iter().all(Option::is_none) {
             return Err(StepError::NoWay);
@@ -206,7 +208,7 @@ impl Draft {
             }
             tables.push(goal.unwrap_or(distances.agents() - 1));
         }
-        Ok(Lattice { distances: distances.shared_out(&tables), board, starts, ends, goals })
+        Ok(Boarding { distances: distances.shared_out(&tables), board, starts, ends, goals })
     }
 }
 
@@ -251,7 +253,7 @@ impl Settling {
     }
 }
 
-/// The units of a team and as many goals, those that it has first.
+/// The units of a squad and as many goals, those that it has first.
 struct Sharing<'a> {
     units: std::ops::Range<usize>,
     goals: std::ops::Range<usize>,
@@ -262,12 +264,12 @@ struct Sharing<'a> {
 }
 
 impl<'a> Sharing<'a> {
-    fn new((starts, of_goals): (&'a [Place], &'a [Place]), distances: &'a Distances, team: &Team) -> Self {
-        let end = team.units.end.min(starts.len());
-        let count = end.saturating_sub(team.units.start).min(team.goals.len());
+    fn new((starts, of_goals): (&'a [Place], &'a [Place]), distances: &'a Distances, squad: &Squad) -> Self {
+        let end = squad.units.end.min(starts.len());
+        let count = end.saturating_sub(squad.units.start).min(squad.goals.len());
         let from = |first: usize| first..first + count;
-        let (units, goals) = (from(team.units.start), from(team.goals.start));
-        Self { units, goals, whose: team.whose, starts, of_goals, distances }
+        let (units, goals) = (from(squad.units.start), from(squad.goals.start));
+        Self { units, goals, whose: squad.whose, starts, of_goals, distances }
     }
 
     fn begin(&self, board: &Board) -> Assignment {
@@ -347,4 +349,10 @@ fn ends(starts: &[Place], of_goals: &[Place], goals: &mut [Option<usize>]) -> Ve
             return starts.iter().zip(&*goals).map(end).collect();
         }
     }
+}
+
+fn are_different(places: &[Place]) -> bool {
+    let mut sorted = places.to_vec();
+    sorted.sort_unstable();
+    sorted.windows(2).all(|pair| pair[0] != pair[1])
 }
