@@ -6,6 +6,7 @@
 mod around;
 mod bits;
 mod controller;
+mod corners;
 mod error;
 mod field;
 mod formation;
@@ -16,9 +17,11 @@ mod lattice;
 mod planner;
 mod pull;
 mod release;
+mod taut;
 #[cfg(test)]
 mod tests;
 mod tighten;
+mod turns;
 mod walls;
 mod work;
 

@@ -8,6 +8,7 @@ mod optimum;
 pub(crate) mod real;
 mod release;
 mod search;
+mod tangents;
 mod trial;
 mod trouble;
 mod twins;
