@@ -14,6 +14,7 @@ mod ground;
 pub mod in_step;
 mod jump;
 mod lattice;
+mod obstacles;
 mod planner;
 mod pull;
 mod release;
@@ -31,6 +32,7 @@ pub use error::{GroundError, PlanError, Which};
 pub use field::Field;
 pub use formation::{Formation, FormationError};
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
+pub use obstacles::{Obstacle, Obstacles};
 pub use planner::{Planner, length};
 pub use release::{
     Goals, Group, Moving, ReleaseError, Releasing, Request, Schedule, Walk, bound, release, release_some,

@@ -4,6 +4,7 @@ mod controller;
 mod crowds;
 mod errors;
 mod formations;
+mod obstacles;
 mod optimum;
 pub(crate) mod real;
 mod release;

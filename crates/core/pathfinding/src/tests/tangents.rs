@@ -8,6 +8,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use glam::DVec2;
+use maniple_geometry::Scalar;
 use maniple_tilemap::TileMap;
 
 use crate::Ground;
@@ -82,7 +83,7 @@ impl Tangents {
             if let Some(end) = last.get(&tangent.pass)
                 && let Some(arc) = self.arc(tangent, *end)
             {
-                found = found.min(walked + arc + end.from.distance(to));
+                found = found.lesser(walked + arc + end.from.distance(to));
             }
             self.open(tangent.pass);
             let side = usize::from(tangent.pass.is_left);

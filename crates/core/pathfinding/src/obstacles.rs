@@ -1,0 +1,86 @@
+//! What comes and goes on a ground: buildings, and whatever else stands for a while.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use maniple_geometry::Circle;
+use maniple_tilemap::Area;
+
+use crate::around::{Core, Crowd, Detours, Standing};
+use crate::error::PlanError;
+use crate::ground::Ground;
+
+/// Something that stands on a ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Obstacle {
+    /// A circle, as objects are.
+    Circle(Circle),
+    /// A rectangle with its sides along the axes; it may lie anywhere between tiles.
+    Rectangle(Area),
+}
+
+/// A ground, and obstacles on it that are put there and taken away by keys, such as the handles of objects. What that costs grows with
+/// the tiles that they cover, and not with the map.
+#[doc(alias = "overlay")]
+#[derive(Clone, Debug)]
+pub struct Obstacles<'a> {
+    ground: &'a Ground,
+    standing: BTreeMap<usize, Obstacle>,
+    crowd: Crowd,
+    detours: Detours<'a>,
+}
+
+impl<'a> Obstacles<'a> {
+    /// Returns a ground with nothing on it but its walls.
+    #[must_use]
+    pub fn new(ground: &'a Ground) -> Self {
+        Self { ground, standing: BTreeMap::new(), crowd: Crowd::new(), detours: Detours::new(ground) }
+    }
+
+    /// Puts an obstacle there, in place of the one with the same key, which is returned.
+    pub fn insert(&mut self, key: usize, obstacle: Obstacle) -> Option<Obstacle> {
+        let before = self.remove(key);
+        self.standing.insert(key, obstacle);
+        self.crowd.put(self.seen(key, obstacle));
+        before
+    }
+
+    /// Takes an obstacle away and returns it; `None` where there is none with that key.
+    pub fn remove(&mut self, key: usize) -> Option<Obstacle> {
+        let before = self.standing.remove(&key)?;
+        self.crowd.take(&self.seen(key, before));
+        Some(before)
+    }
+
+    /// Returns whether the middle of a circle can be in a point, the margin included.
+    #[must_use]
+    pub fn holds(&self, point: DVec2) -> bool {
+        self.ground.holds(point) && self.crowd.holds(point)
+    }
+
+    /// Returns whether a circle can go straight from one point to another, the margin included.
+    #[must_use]
+    pub fn is_clear(&self, from: DVec2, to: DVec2) -> bool {
+        self.crowd.holds(from) && self.ground.is_clear(from, to) && self.crowd.is_clear(from, to)
+    }
+
+    /// Returns the goals of straight legs from one point to another, as [`Detours::path`] does. A start may be too near to an obstacle:
+    /// the first leg then leads away from it. `Ok(None)`: the obstacles close every way that the lattice of the ground knows.
+    ///
+    /// # Errors
+    /// An end that is not on the map or has no room between the walls.
+    pub fn path(&mut self, from: DVec2, to: DVec2) -> Result<Option<Vec<DVec2>>, PlanError> {
+        self.detours.path(&self.crowd, from, to)
+    }
+
+    /// An obstacle as the middles of circles of the ground see it.
+    fn seen(&self, number: usize, obstacle: Obstacle) -> Standing {
+        let reach = self.ground.reach;
+        match obstacle {
+            Obstacle::Circle(Circle { center, radius }) => {
+                Standing { number, core: Core::Middle(center), reach: reach + radius }
+            }
+            Obstacle::Rectangle(area) => Standing { number, core: Core::Rectangle(area), reach },
+        }
+    }
+}
