@@ -14,6 +14,7 @@ use crate::jump::octile;
 use crate::lattice::{DIAGONAL, STRAIGHT};
 use crate::planner::{check_goal, check_start};
 use crate::pull::pull;
+use crate::tighten::Hit;
 use crate::walls::is_apart;
 
 /// No node.
@@ -94,21 +95,23 @@ impl Crowd {
     /// the start already: from them it has to move away.
     #[must_use]
     pub fn is_clear(&self, from: DVec2, to: DVec2) -> bool {
+        self.blocker(from, to).is_none()
+    }
+
+    /// Returns what is in the way from one point to another: the first that is found.
+    pub(crate) fn blocker(&self, from: DVec2, to: DVec2) -> Option<&Standing> {
         let line: Segment = Segment::new(from, to);
-        let length = line.length();
-        let steps = (length / LOOK).ceil();
+        let steps = (line.length() / LOOK).ceil();
         let mut step = 0.0;
-        loop {
+        while step <= steps {
             let point = if steps > 0.0 { from + (to - from) * (step / steps) } else { from };
-            let is_hit = self.near(point).iter().any(|standing| standing.is_hit_by(&line));
-            if is_hit {
-                return false;
+            let hit = self.near(point).iter().find(|standing| standing.is_hit_by(&line));
+            if hit.is_some() {
+                return hit;
             }
             step += 1.0;
-            if step > steps {
-                return true;
-            }
         }
+        None
     }
 }
 
@@ -127,6 +130,19 @@ impl Standing {
             Core::Rectangle(area) => {
                 // A line that starts outside cannot be inside without crossing a side.
                 sides(area).iter().any(|side| !is_apart(line, side, self.reach))
+            }
+        }
+    }
+
+    /// Returns what a line meets that comes too near; `slack` is how much farther than necessary turns are placed, in world units.
+    pub(crate) fn hit(&self, line: &Segment, slack: f64) -> Hit {
+        match self.core {
+            Core::Middle(center) => Hit::Circle { center, room: self.reach + slack },
+            Core::Rectangle(area) => {
+                let sides = sides(area);
+                let hit = sides.iter().find(|side| !is_apart(line, side, self.reach));
+                // A line within the rectangle meets none.
+                Hit::Wall(*hit.unwrap_or(&sides[0]))
             }
         }
     }

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-use maniple_geometry::Circle;
+use maniple_geometry::{Circle, Segment};
 use maniple_tilemap::Area;
 
 use crate::around::{Core, Crowd, Detours, Standing};
 use crate::error::PlanError;
 use crate::ground::Ground;
+use crate::tighten::{Hit, Tightening};
 
 /// Something that stands on a ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,13 +29,20 @@ pub struct Obstacles<'a> {
     standing: BTreeMap<usize, Obstacle>,
     crowd: Crowd,
     detours: Detours<'a>,
+    tightening: Tightening,
 }
 
 impl<'a> Obstacles<'a> {
     /// Returns a ground with nothing on it but its walls.
     #[must_use]
     pub fn new(ground: &'a Ground) -> Self {
-        Self { ground, standing: BTreeMap::new(), crowd: Crowd::new(), detours: Detours::new(ground) }
+        Self {
+            ground,
+            standing: BTreeMap::new(),
+            crowd: Crowd::new(),
+            detours: Detours::new(ground),
+            tightening: Tightening::default(),
+        }
     }
 
     /// Puts an obstacle there, in place of the one with the same key, which is returned.
@@ -64,13 +72,24 @@ impl<'a> Obstacles<'a> {
         self.crowd.holds(from) && self.ground.is_clear(from, to) && self.crowd.is_clear(from, to)
     }
 
-    /// Returns the goals of straight legs from one point to another, as [`Detours::path`] does. A start may be too near to an obstacle:
+    /// Returns the goals of straight legs from one point to another, as [`Detours::path`] does, with turns moved to what makes them. A start may be too near to an obstacle:
     /// the first leg then leads away from it. `Ok(None)`: the obstacles close every way that the lattice of the ground knows.
     ///
     /// # Errors
     /// An end that is not on the map or has no room between the walls.
     pub fn path(&mut self, from: DVec2, to: DVec2) -> Result<Option<Vec<DVec2>>, PlanError> {
-        self.detours.path(&self.crowd, from, to)
+        let Self { ground, crowd, detours, tightening, .. } = self;
+        let Some(legs) = detours.path(crowd, from, to)? else { return Ok(None) };
+        let blocker = |from, to| {
+            let wall = ground.walls.blocker(from, to).map(|&wall| Hit::Wall(wall));
+            let slack = ground.room() - ground.reach;
+            wall.or_else(|| {
+                crowd.blocker(from, to).map(|standing| standing.hit(&Segment::new(from, to), slack))
+            })
+        };
+        let mut path = [&[from], &legs[..]].concat();
+        tightening.tighten(&blocker, ground.room(), &mut path);
+        Ok(Some(path.split_off(1)))
     }
 
     /// An obstacle as the middles of circles of the ground see it.

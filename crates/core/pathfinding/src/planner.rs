@@ -8,7 +8,7 @@ use crate::ground::Ground;
 use crate::jump::Search;
 use crate::pull::pull;
 use crate::taut::Taut;
-use crate::tighten::Tightening;
+use crate::tighten::{Hit, Tightening};
 
 /// Plans paths on one ground; keeps its memory from one to the next, so that a warm planner takes none.
 #[derive(Clone, Debug)]
@@ -130,7 +130,8 @@ impl<'a> Planner<'a> {
             path.push(to);
         }
         pull(|from, to| ground.walls.is_clear(from, to), path);
-        tightening.tighten(&ground.walls, ground.room(), path);
+        let blocker = |from, to| ground.walls.blocker(from, to).map(|&wall| Hit::Wall(wall));
+        tightening.tighten(&blocker, ground.room(), path);
         taut.shorten(ground, path);
         // The goal comes last by itself.
         path.pop();

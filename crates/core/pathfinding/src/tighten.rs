@@ -4,7 +4,6 @@ use glam::DVec2;
 use maniple_geometry::Segment;
 
 use crate::turns::{Pass, Turns, length};
-use crate::walls::Walls;
 
 /// How often all turns are looked at: each moves its neighbours' best places.
 const PASSES_MAX: usize = 3;
@@ -15,6 +14,20 @@ const CORNERS_MAX: usize = 6;
 /// A turn is only moved if the path becomes shorter by this much, in world units.
 const GAIN_MIN: f64 = 1.0 / 1024.0;
 
+/// What a leg comes too near to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Hit {
+    /// A wall: one of its ends is a corner.
+    Wall(Segment),
+    /// A circle, which is gone around as a corner is.
+    Circle {
+        /// Its middle.
+        center: DVec2,
+        /// How far from it a way turns, in world units.
+        room: f64,
+    },
+}
+
 /// The memory of passes, kept from one path to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tightening {
@@ -23,11 +36,16 @@ pub(crate) struct Tightening {
 }
 
 impl Tightening {
-    /// Makes a path shorter; each leg stays clear. `room` is how far from
+    /// Makes a path shorter; each leg stays clear. `blocker` says what a leg comes too near to, and `room` is how far from
     /// corners it turns, in world units.
-    pub(crate) fn tighten(&mut self, walls: &Walls, room: f64, path: &mut Vec<DVec2>) {
+    pub(crate) fn tighten(
+        &mut self,
+        blocker: &impl Fn(DVec2, DVec2) -> Option<Hit>,
+        room: f64,
+        path: &mut Vec<DVec2>,
+    ) {
         for _ in 0..PASSES_MAX {
-            if !self.pass(walls, room, path) {
+            if !self.pass(blocker, room, path) {
                 break;
             }
         }
@@ -35,7 +53,7 @@ impl Tightening {
         // side is as easily tried.
         if let &[first, ref turns @ .., last] = &path[..]
             && !turns.is_empty()
-            && self.bend.find(walls, (first, turns, last), room)
+            && self.bend.find(blocker, (first, turns, last), room)
         {
             path.truncate(1);
             path.extend_from_slice(&self.bend.turns.points);
@@ -44,7 +62,12 @@ impl Tightening {
     }
 
     /// Returns whether anything changed.
-    fn pass(&mut self, walls: &Walls, room: f64, path: &mut Vec<DVec2>) -> bool {
+    fn pass(
+        &mut self,
+        blocker: &impl Fn(DVec2, DVec2) -> Option<Hit>,
+        room: f64,
+        path: &mut Vec<DVec2>,
+    ) -> bool {
         let Some((&first, rest)) = path.split_first() else { return false };
         self.points.clear();
         self.points.push(first);
@@ -52,11 +75,11 @@ impl Tightening {
         let mut has_changed = false;
         for turn in rest.windows(2) {
             let (via, after) = (turn[0], turn[1]);
-            if self.bend.find(walls, (before, &[via], after), room) {
+            if self.bend.find(blocker, (before, &[via], after), room) {
                 self.points.extend_from_slice(&self.bend.turns.points);
                 has_changed = true;
             } else if let &[.., last, _] = &self.points[..]
-                && self.bend.find(walls, (last, &[before, via], after), room)
+                && self.bend.find(blocker, (last, &[before, via], after), room)
             {
                 // Corners that belong to one hull had been shared out to two turns.
                 self.points.pop();
@@ -86,20 +109,31 @@ struct Bend {
 impl Bend {
     /// Finds turns between two points that are shorter than the old ones, on the same side or else on the other one, and
     /// returns whether there are any. Where the straight way is clear, there are none on it.
-    fn find(&mut self, walls: &Walls, way: (DVec2, &[DVec2], DVec2), room: f64) -> bool {
+    fn find(
+        &mut self,
+        blocker: &impl Fn(DVec2, DVec2) -> Option<Hit>,
+        way: (DVec2, &[DVec2], DVec2),
+        room: f64,
+    ) -> bool {
         let (before, old, after) = way;
         let last = old.last().copied().unwrap_or(before);
         let side = if (after - before).perp_dot(last - before) < 0.0 { -1.0 } else { 1.0 };
         let length = length(before, old, after);
         [room * side, room * -side]
             .into_iter()
-            .any(|room| self.find_beside(walls, (before, after), room, length))
+            .any(|room| self.find_beside(blocker, (before, after), room, length))
     }
 
     /// Finds turns that leave everything to one side, the one that the sign of `room` says.
     ///
     /// Corners are found one by one: a leg that is not clear meets a wall whose end belongs to the hull.
-    fn find_beside(&mut self, walls: &Walls, ends: (DVec2, DVec2), room: f64, old: f64) -> bool {
+    fn find_beside(
+        &mut self,
+        blocker: &impl Fn(DVec2, DVec2) -> Option<Hit>,
+        ends: (DVec2, DVec2),
+        room: f64,
+        old: f64,
+    ) -> bool {
         self.passes.clear();
         for _ in 0..=CORNERS_MAX {
             if !self.turns.lay(ends, &self.passes) {
@@ -110,31 +144,35 @@ impl Bend {
                 return false;
             }
             let mut legs = self.turns.legs(ends.0, ends.1);
-            let blocked = legs.find_map(|leg| walls.blocker(leg.0, leg.1).map(|wall| (leg, *wall)));
+            let blocked = legs.find_map(|leg| blocker(leg.0, leg.1).map(|hit| (leg, hit)));
             drop(legs);
-            let Some((leg, wall)) = blocked else { return true };
-            if !self.insert(leg, &wall, ends, room) {
+            let Some((leg, hit)) = blocked else { return true };
+            if !self.insert(leg, hit, ends, room) {
                 return false;
             }
         }
         false
     }
 
-    /// Adds the end of a wall to the hull, and takes off what does not stick out any more. Returns whether it is a new one.
+    /// Adds what a leg came too near to to the hull, and takes off what does not stick out any more. Returns whether it is a new one.
     fn insert(
         &mut self,
         (from, to, line): (DVec2, DVec2, Option<usize>),
-        wall: &Segment,
+        hit: Hit,
         (before, after): (DVec2, DVec2),
         room: f64,
     ) -> bool {
         let Some(place) = line else { return false };
         let height = |point: DVec2| (to - from).perp_dot(point - from) * room;
-        let corner = if height(wall.end) > height(wall.start) { wall.end } else { wall.start };
-        if self.passes.iter().any(|pass| pass.corner == corner) {
+        let pass = match hit {
+            Hit::Wall(wall) if height(wall.end) > height(wall.start) => Pass { corner: wall.end, room },
+            Hit::Wall(wall) => Pass { corner: wall.start, room },
+            Hit::Circle { center, room: own } => Pass { corner: center, room: own.copysign(room) },
+        };
+        if self.passes.iter().any(|other| other.corner == pass.corner) {
             return false;
         }
-        self.passes.insert(place, Pass { corner, room });
+        self.passes.insert(place, pass);
         for index in [Some(place + 1), place.checked_sub(1)].into_iter().flatten() {
             let Some(&own) = self.passes.get(index) else { continue };
             let last = index.checked_sub(1).map_or(before, |last| self.passes[last].corner);
