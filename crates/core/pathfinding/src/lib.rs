@@ -28,7 +28,7 @@ mod work;
 
 pub use around::{Crowd, Detours};
 pub use controller::{Controller, Delivery, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
-pub use error::{GroundError, PlanError, Which};
+pub use error::{GroundError, ObstacleError, PlanError, Which};
 pub use field::Field;
 pub use formation::{Formation, FormationError};
 pub use ground::{Ground, MARGIN, RADIUS_MAX};

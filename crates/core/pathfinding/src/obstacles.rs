@@ -7,7 +7,7 @@ use maniple_geometry::{Circle, Segment};
 use maniple_tilemap::Area;
 
 use crate::around::{Core, Crowd, Detours, Standing};
-use crate::error::PlanError;
+use crate::error::{ObstacleError, PlanError};
 use crate::ground::Ground;
 use crate::tighten::{Hit, Tightening};
 
@@ -46,11 +46,15 @@ impl<'a> Obstacles<'a> {
     }
 
     /// Puts an obstacle there, in place of the one with the same key, which is returned.
-    pub fn insert(&mut self, key: usize, obstacle: Obstacle) -> Option<Obstacle> {
+    ///
+    /// # Errors
+    /// One that is not on the map, or has no size; then nothing changes.
+    pub fn insert(&mut self, key: usize, obstacle: Obstacle) -> Result<Option<Obstacle>, ObstacleError> {
+        self.check(obstacle)?;
         let before = self.remove(key);
         self.standing.insert(key, obstacle);
         self.crowd.put(self.seen(key, obstacle));
-        before
+        Ok(before)
     }
 
     /// Takes an obstacle away and returns it; `None` where there is none with that key.
@@ -90,6 +94,22 @@ impl<'a> Obstacles<'a> {
         let mut path = [&[from], &legs[..]].concat();
         tightening.tighten(&blocker, ground.room(), &mut path);
         Ok(Some(path.split_off(1)))
+    }
+
+    /// Checks that an obstacle is one; so the tiles that it covers are no more than those of the map, nearly.
+    fn check(&self, obstacle: Obstacle) -> Result<(), ObstacleError> {
+        let (width, height) = self.ground.size();
+        let is_valid = match obstacle {
+            Obstacle::Circle(Circle { center, radius }) => {
+                let is_radius = radius > 0.0 && radius <= f64::from(width.max(height));
+                self.ground.is_within(center) && is_radius
+            }
+            Obstacle::Rectangle(Area { min, max }) => {
+                let is_size = min.x < max.x && min.y < max.y;
+                self.ground.is_within(min) && self.ground.is_within(max) && is_size
+            }
+        };
+        if is_valid { Ok(()) } else { Err(ObstacleError { obstacle, width, height }) }
     }
 
     /// An obstacle as the middles of circles of the ground see it.

@@ -47,7 +47,7 @@ fn change(
     if dice.roll().is_multiple_of(3) {
         assert_eq!(obstacles.remove(key), standing.remove(&key));
     } else {
-        assert_eq!(obstacles.insert(key, obstacle), standing.insert(key, obstacle));
+        assert_eq!(obstacles.insert(key, obstacle), Ok(standing.insert(key, obstacle)));
     }
 }
 
@@ -186,7 +186,9 @@ fn a_start_that_is_too_near_to_an_obstacle_is_left_straight_away_from_it() {
     let map = super::drawn(&["........"; 8]);
     let ground = Ground::new(&map, 0.25).unwrap();
     let mut obstacles = Obstacles::new(&ground);
-    obstacles.insert(7, Obstacle::Rectangle(Area { min: DVec2::new(3.0, 3.0), max: DVec2::new(5.0, 5.0) }));
+    obstacles
+        .insert(7, Obstacle::Rectangle(Area { min: DVec2::new(3.0, 3.0), max: DVec2::new(5.0, 5.0) }))
+        .unwrap();
     let from = DVec2::new(2.75, 4.0);
     let legs = obstacles.path(from, DVec2::new(6.5, 4.0)).unwrap().unwrap();
     assert!(legs.len() > 2 && legs[0].x <= from.x, "{legs:?}");
