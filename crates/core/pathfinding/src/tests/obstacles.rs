@@ -7,8 +7,8 @@ use maniple_geometry::{Circle, Limits, ObjectId, Segment};
 use maniple_kinematics::{Layers, Stops, Wall, WallKind, World};
 use maniple_tilemap::{Area, TileMap, TileShape};
 
-use super::walk::is_walked;
-use super::{Dice, scattered};
+use super::walk::{SPEED, is_walked};
+use super::{Dice, drawn, scattered};
 use crate::{Ground, Obstacle, Obstacles, Planner, length};
 
 /// Width and height of the maps, in tiles.
@@ -16,6 +16,9 @@ const SIDE: u32 = 20;
 
 /// Obstacles that come or go on one map.
 const CHANGES: usize = 25;
+
+/// The largest radius of who walks and of what stands there.
+const RADIUS_MAX: f64 = 1.5;
 
 /// How many are there at once at most: keys are below.
 const KEYS: u64 = 8;
@@ -114,7 +117,7 @@ fn rectangles_are_to_legs_what_blocked_tiles_are() {
 }
 
 /// The walls of the map and the sides of rectangles, and the circles.
-fn world(map: &TileMap, radius: f64, standing: &BTreeMap<usize, Obstacle>) -> World {
+fn world(map: &TileMap, standing: &BTreeMap<usize, Obstacle>) -> World {
     let mut segments = map.segments();
     let mut circles = Vec::new();
     for obstacle in standing.values() {
@@ -129,8 +132,7 @@ fn world(map: &TileMap, radius: f64, standing: &BTreeMap<usize, Obstacle>) -> Wo
     }
     let wall = |segment| Wall { segment, kind: WallKind::Segment, layers: Layers::GROUND };
     let walls: Vec<Wall> = segments.into_iter().map(wall).collect();
-    let limits = Limits::new(f64::from(SIDE), 1.5_f64, 3.7).unwrap();
-    assert!(radius < 1.5);
+    let limits = Limits::new(f64::from(SIDE), RADIUS_MAX, SPEED).unwrap();
     let mut world = World::new(limits, Stops::Both, &walls).unwrap();
     for (id, circle) in (100..).zip(circles) {
         // Those that overlap something have no place in a world.
@@ -152,7 +154,7 @@ fn paths_among_what_comes_and_goes_are_walked_without_a_collision() {
         for _ in 0..CHANGES {
             let obstacle = anything(&mut dice, &map);
             change(&mut dice, obstacle, (&mut obstacles, &mut standing));
-            let mut world = world(&map, radius, &standing);
+            let mut world = world(&map, &standing);
             for _ in 0..12 {
                 let (from, to) = (dice.point(&map), dice.point(&map));
                 if !obstacles.holds(from) || !obstacles.holds(to) {
@@ -183,7 +185,7 @@ fn paths_among_what_comes_and_goes_are_walked_without_a_collision() {
 /// A building may rise beside a unit, or touch it.
 #[test]
 fn a_start_that_is_too_near_to_an_obstacle_is_left_straight_away_from_it() {
-    let map = super::drawn(&["........"; 8]);
+    let map = drawn(&["........"; 8]);
     let ground = Ground::new(&map, 0.25).unwrap();
     let mut obstacles = Obstacles::new(&ground);
     obstacles
