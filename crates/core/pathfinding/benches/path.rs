@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 
 use divan::{Bencher, black_box};
 use glam::DVec2;
-use maniple_pathfinding::{Field, Ground, Planner};
-use maniple_tilemap::{Resolver, TileMap, read, read_queries};
+use maniple_pathfinding::{Field, Ground, Obstacle, Obstacles, Planner};
+use maniple_tilemap::{Area, Resolver, TileMap, read, read_queries};
 
 /// The radius of who goes.
 const RADIUS: f64 = 0.35;
@@ -58,6 +58,20 @@ fn field(bencher: Bencher<'_, '_>, name: &str) {
 fn ground(bencher: Bencher<'_, '_>, name: &str) {
     let Some((map, _)) = load(name) else { return };
     bencher.bench_local(|| Ground::new(black_box(&map), RADIUS));
+}
+
+/// A building of four by four tiles that comes and goes again in the middle of the map.
+#[divan::bench(args = MAPS, sample_count = 100)]
+fn building(bencher: Bencher<'_, '_>, name: &str) {
+    let Some((map, _)) = load(name) else { return };
+    let ground = Ground::new(&map, RADIUS).expect("the radius is one");
+    let mut obstacles = Obstacles::new(&ground);
+    let min = DVec2::new(f64::from(map.width() / 2), f64::from(map.height() / 2));
+    let building = Obstacle::Rectangle(Area { min, max: min + 4.0 });
+    bencher.bench_local(|| {
+        obstacles.insert(1, black_box(building)).expect("it is on the map");
+        obstacles.remove(1)
+    });
 }
 
 /// No file refers to another.

@@ -1,10 +1,12 @@
-//! Paths around circles that stand in the way.
+//! Paths around circles and rectangles that stand in the way.
 
 use std::cmp::Reverse;
+use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use glam::DVec2;
-use maniple_geometry::Segment;
+use maniple_geometry::{Scalar, Segment};
+use maniple_tilemap::Area;
 
 use crate::error::PlanError;
 use crate::ground::Ground;
@@ -12,6 +14,8 @@ use crate::jump::octile;
 use crate::lattice::{DIAGONAL, STRAIGHT};
 use crate::planner::{check_goal, check_start};
 use crate::pull::pull;
+use crate::tighten::Hit;
+use crate::walls::is_apart;
 
 /// No node.
 const NONE: u32 = u32::MAX;
@@ -22,14 +26,27 @@ const STEPS: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1
 /// Distance of the points at which it is looked who is near a line, in world units: half a tile.
 const LOOK: f64 = 0.5;
 
-/// Circles at rest, by the tiles near which they are, as others see them that are to keep clear.
+/// Things at rest, by the tiles near which they are, as circles see them that are to keep clear.
 #[derive(Clone, Debug, Default)]
 pub struct Crowd {
     tiles: BTreeMap<(i32, i32), Vec<Standing>>,
 }
 
-/// A circle of a crowd: its number, its middle, and how far the middles of others keep from that.
-type Standing = (usize, DVec2, f64);
+/// Something at rest, as the middle of a circle sees it that goes by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Standing {
+    pub(crate) number: usize,
+    pub(crate) core: Core,
+    /// How far the middle keeps from the core, in world units.
+    pub(crate) reach: f64,
+}
+
+/// What a middle keeps its distance from: the middle of a circle, or a whole rectangle.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Core {
+    Middle(DVec2),
+    Rectangle(Area),
+}
 
 impl Crowd {
     /// Returns nobody.
@@ -40,59 +57,131 @@ impl Crowd {
 
     /// Takes in a circle with a number of its own; `reach` is how far the middles of others keep from its middle, in world units.
     pub fn insert(&mut self, number: usize, center: DVec2, reach: f64) {
-        Self::each_tile(center, reach, |tile| {
-            self.tiles.entry(tile).or_default().push((number, center, reach));
-        });
+        self.put(Standing { number, core: Core::Middle(center), reach });
     }
 
     /// Takes out a circle that was taken in like this.
     pub fn remove(&mut self, number: usize, center: DVec2, reach: f64) {
-        Self::each_tile(center, reach, |tile| {
-            if let Some(circles) = self.tiles.get_mut(&tile) {
-                circles.retain(|circle| circle.0 != number);
+        self.take(&Standing { number, core: Core::Middle(center), reach });
+    }
+
+    /// Takes in something.
+    pub(crate) fn put(&mut self, standing: Standing) {
+        standing.each_tile(|tile| self.tiles.entry(tile).or_default().push(standing));
+    }
+
+    /// Takes out something that was taken in like this.
+    pub(crate) fn take(&mut self, standing: &Standing) {
+        standing.each_tile(|tile| {
+            if let Entry::Occupied(mut entry) = self.tiles.entry(tile) {
+                entry.get_mut().retain(|other| other.number != standing.number);
+                if entry.get().is_empty() {
+                    entry.remove();
+                }
             }
         });
+    }
+
+    /// Returns whether the middle of a circle is in a point without being too near to anything.
+    pub(crate) fn holds(&self, point: DVec2) -> bool {
+        self.near(point).iter().all(|standing| standing.distance(point) >= standing.reach)
+    }
+
+    fn near(&self, point: DVec2) -> &[Standing] {
+        self.tiles.get(&tile(point)).map_or(&[][..], Vec::as_slice)
     }
 
     /// Returns whether the middle of a circle can go straight from one point to another, but for those that it is too near to at
     /// the start already: from them it has to move away.
     #[must_use]
     pub fn is_clear(&self, from: DVec2, to: DVec2) -> bool {
+        self.blocker(from, to).is_none()
+    }
+
+    /// Returns what is in the way from one point to another: the first that is found.
+    pub(crate) fn blocker(&self, from: DVec2, to: DVec2) -> Option<&Standing> {
         let line: Segment = Segment::new(from, to);
-        let length = line.length();
-        let steps = (length / LOOK).ceil();
+        let steps = (line.length() / LOOK).ceil();
         let mut step = 0.0;
-        loop {
+        while step <= steps {
             let point = if steps > 0.0 { from + (to - from) * (step / steps) } else { from };
-            let circles = self.tiles.get(&tile(point)).map_or(&[][..], Vec::as_slice);
-            let is_hit = circles.iter().any(|&(_, center, reach)| {
-                let reach = if from.distance_squared(center) < reach * reach {
-                    // Along the line the distance is convex: it is enough that it grows at the start.
-                    if (from - center).dot(to - from) >= 0.0 { 0.0 } else { reach }
-                } else {
-                    reach
-                };
-                line.nearest(center).distance_squared(center) < reach * reach
-            });
-            if is_hit {
-                return false;
+            let hit = self.near(point).iter().find(|standing| standing.is_hit_by(&line));
+            if hit.is_some() {
+                return hit;
             }
             step += 1.0;
-            if step > steps {
-                return true;
+        }
+        None
+    }
+}
+
+impl Standing {
+    /// Returns whether a middle comes too near that goes along a line; if it is too near at its start already, whether it does not move
+    /// away.
+    fn is_hit_by(&self, line: &Segment) -> bool {
+        let away = line.start - self.nearest(line.start);
+        if away.length_squared() < self.reach * self.reach {
+            // Along the line the distance is convex: it is enough that it grows at the start. Within a rectangle there is none.
+            let is_inside = matches!(self.core, Core::Rectangle(area) if area.contains(line.start));
+            return is_inside || away.dot(line.direction()) < 0.0;
+        }
+        match self.core {
+            Core::Middle(center) => line.nearest(center).distance_squared(center) < self.reach * self.reach,
+            Core::Rectangle(area) => {
+                // A line that starts outside cannot be inside without crossing a side.
+                sides(area).iter().any(|side| !is_apart(line, side, self.reach))
             }
         }
     }
 
-    fn each_tile(center: DVec2, reach: f64, mut each: impl FnMut((i32, i32))) {
-        let around = DVec2::splat(reach + LOOK);
-        let (low, high) = (tile(center - around), tile(center + around));
+    /// Returns what a line meets that comes too near; `slack` is how much farther than necessary turns are placed, in world units.
+    pub(crate) fn hit(&self, line: &Segment, slack: f64) -> Hit {
+        match self.core {
+            Core::Middle(center) => Hit::Circle { center, room: self.reach + slack },
+            Core::Rectangle(area) => {
+                let sides = sides(area);
+                let hit = sides.iter().find(|side| !is_apart(line, side, self.reach));
+                // A line within the rectangle meets none.
+                Hit::Wall(*hit.unwrap_or(&sides[0]))
+            }
+        }
+    }
+
+    /// How far a point is from the core, in world units.
+    fn distance(&self, point: DVec2) -> f64 {
+        point.distance(self.nearest(point))
+    }
+
+    fn nearest(&self, point: DVec2) -> DVec2 {
+        match self.core {
+            Core::Middle(center) => center,
+            Core::Rectangle(area) => DVec2::new(
+                point.x.greater(area.min.x).lesser(area.max.x),
+                point.y.greater(area.min.y).lesser(area.max.y),
+            ),
+        }
+    }
+
+    fn each_tile(&self, mut each: impl FnMut((i32, i32))) {
+        let around = DVec2::splat(self.reach + LOOK);
+        let (low, high) = match self.core {
+            Core::Middle(center) => (center, center),
+            Core::Rectangle(area) => (area.min, area.max),
+        };
+        let (low, high) = (tile(low - around), tile(high + around));
         for y in low.1..=high.1 {
             for x in low.0..=high.0 {
                 each((x, y));
             }
         }
     }
+}
+
+/// The sides of a rectangle.
+fn sides(area: Area) -> [Segment; 4] {
+    let corners =
+        [area.min, DVec2::new(area.max.x, area.min.y), area.max, DVec2::new(area.min.x, area.max.y)];
+    [0, 1, 2, 3].map(|side| Segment::new(corners[side], corners[(side + 1) % 4]))
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "a point of a map has a small tile")]
@@ -108,7 +197,7 @@ struct Known {
     before: u32,
 }
 
-/// Finds paths around walls and circles at rest; keeps its memory from one to the next.
+/// Finds paths around walls and things at rest; keeps its memory from one to the next.
 #[derive(Clone, Debug)]
 pub struct Detours<'a> {
     ground: &'a Ground,

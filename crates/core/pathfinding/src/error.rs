@@ -4,6 +4,8 @@ use glam::DVec2;
 use maniple_geometry::NumberError;
 use thiserror::Error;
 
+use crate::obstacles::Obstacle;
+
 /// Why a map cannot be seen by a circle.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum GroundError {
@@ -13,6 +15,21 @@ pub enum GroundError {
     /// The margin is no length.
     #[error("the margin {0} must be a length from 0 to 1 world units")]
     Margin(f64),
+}
+
+/// Why something cannot stand on a ground: a circle's middle, or a rectangle, is not on the map, or its size is none.
+#[derive(Clone, Copy, Debug, Error, PartialEq)]
+#[error(
+    "{obstacle:?} cannot stand on a map of {width} x {height} tiles; give a circle with its middle on the map and a radius above 0 \
+     and not above the map's longer side, or a rectangle on the map whose max is right of and below its min"
+)]
+pub struct ObstacleError {
+    /// The obstacle.
+    pub obstacle: Obstacle,
+    /// The width of the map, in tiles.
+    pub width: u32,
+    /// The height of the map, in tiles.
+    pub height: u32,
 }
 
 /// An end of a path.

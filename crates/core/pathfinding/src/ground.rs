@@ -5,6 +5,7 @@ use maniple_geometry::Segment;
 use maniple_geometry::{Limits, predicate};
 use maniple_tilemap::{SIZE_MAX, TileMap};
 
+use crate::corners::Corners;
 use crate::error::GroundError;
 use crate::lattice::Lattice;
 use crate::walls::Walls;
@@ -33,6 +34,7 @@ pub struct Ground {
     pub(crate) reach: f64,
     pub(crate) walls: Walls,
     pub(crate) lattice: Lattice,
+    pub(crate) corners: Corners,
 }
 
 impl Ground {
@@ -58,7 +60,9 @@ impl Ground {
         let reach = radius + margin;
         let walls = Walls::new(map, map.segments(), reach);
         let lattice = Lattice::new(map, &walls, reach);
-        Ok(Self { width: map.width(), height: map.height(), radius, reach, walls, lattice })
+        let (width, height) = (map.width(), map.height());
+        let corners = Corners::new(&walls, height, room(radius, reach));
+        Ok(Self { width, height, radius, reach, walls, lattice, corners })
     }
 
     /// Returns the radius of the circles, in world units.
@@ -87,7 +91,7 @@ impl Ground {
 
     /// How far from walls points are placed: a little more than needed, so that rounding does not take it back.
     pub(crate) fn room(&self) -> f64 {
-        self.reach + (self.reach - self.radius) / 16.0
+        room(self.radius, self.reach)
     }
 
     /// Returns whether a point is on the map. What is no number is not.
@@ -123,4 +127,9 @@ impl Ground {
         };
         (self.walls.holds(point) && self.walls.near(start).all(leaves)).then_some(point)
     }
+}
+
+/// How far from walls points are placed.
+fn room(radius: f64, reach: f64) -> f64 {
+    reach + (reach - radius) / 16.0
 }

@@ -6,6 +6,7 @@
 mod around;
 mod bits;
 mod controller;
+mod corners;
 mod error;
 mod field;
 mod formation;
@@ -13,21 +14,25 @@ mod ground;
 pub mod in_step;
 mod jump;
 mod lattice;
+mod obstacles;
 mod planner;
 mod pull;
 mod release;
+mod taut;
 #[cfg(test)]
 mod tests;
 mod tighten;
+mod turns;
 mod walls;
 mod work;
 
 pub use around::{Crowd, Detours};
 pub use controller::{Controller, Delivery, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
-pub use error::{GroundError, PlanError, Which};
+pub use error::{GroundError, ObstacleError, PlanError, Which};
 pub use field::Field;
 pub use formation::{Formation, FormationError};
 pub use ground::{Ground, MARGIN, RADIUS_MAX};
+pub use obstacles::{Obstacle, Obstacles};
 pub use planner::{Planner, length};
 pub use release::{
     Goals, Group, Moving, ReleaseError, Releasing, Request, Schedule, Walk, bound, release, release_some,

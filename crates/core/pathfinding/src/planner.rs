@@ -7,7 +7,8 @@ use crate::field::Field;
 use crate::ground::Ground;
 use crate::jump::Search;
 use crate::pull::pull;
-use crate::tighten::Tightening;
+use crate::taut::Taut;
+use crate::tighten::{Hit, Tightening};
 
 /// Plans paths on one ground; keeps its memory from one to the next, so that a warm planner takes none.
 #[derive(Clone, Debug)]
@@ -15,6 +16,7 @@ pub struct Planner<'a> {
     ground: &'a Ground,
     search: Search,
     tightening: Tightening,
+    taut: Taut,
     way: Vec<u32>,
     near_start: Vec<u32>,
     near_goal: Vec<u32>,
@@ -29,6 +31,7 @@ impl<'a> Planner<'a> {
             ground,
             search: Search::default(),
             tightening: Tightening::default(),
+            taut: Taut::default(),
             way: Vec::new(),
             near_start: Vec::new(),
             near_goal: Vec::new(),
@@ -121,13 +124,15 @@ impl<'a> Planner<'a> {
 
     /// Makes the legs of the way between the first point of the path and the goal.
     fn shorten(&mut self, departure: DVec2, to: DVec2) {
-        let Self { ground, path, way, tightening, .. } = self;
+        let Self { ground, path, way, tightening, taut, .. } = self;
         path.extend(way.iter().map(|&node| ground.lattice.point(node)).filter(|&point| point != departure));
         if path.last() != Some(&to) {
             path.push(to);
         }
         pull(|from, to| ground.walls.is_clear(from, to), path);
-        tightening.tighten(&ground.walls, ground.room(), path);
+        let blocker = |from, to| ground.walls.blocker(from, to).map(|&wall| Hit::Wall(wall));
+        tightening.tighten(&blocker, ground.room(), path);
+        taut.shorten(ground, path);
         // The goal comes last by itself.
         path.pop();
     }

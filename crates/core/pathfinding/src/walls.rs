@@ -45,6 +45,11 @@ impl Walls {
         walls
     }
 
+    /// Returns all walls.
+    pub(crate) fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
     /// Returns whether the middle of a circle can be in a point.
     pub(crate) fn holds(&self, point: DVec2) -> bool {
         self.blocker(point, point).is_none() && self.is_open(point)

@@ -334,3 +334,50 @@ impl Builder {
 fn by_row(a: DVec2, b: DVec2) -> std::cmp::Ordering {
     a.y.total_cmp(&b.y).then(a.x.total_cmp(&b.x))
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use maniple_geometry::Segment;
+
+    use super::{SIZE_MAX, TileMap};
+    use crate::{Corner, TileShape};
+
+    const OPEN: TileShape = TileShape::Open;
+
+    #[test]
+    fn a_map_of_shapes_has_them_row_by_row_and_walls_behind_the_border() {
+        let shapes = [OPEN, TileShape::Blocked, OPEN, OPEN, OPEN, TileShape::Diagonal(Corner::Southeast)];
+        let wall = Segment::new(DVec2::new(0.25, 0.5), DVec2::new(0.75, 1.5));
+        let map = TileMap::of_shapes(3, &shapes, vec![wall]).unwrap();
+        assert_eq!((map.width(), map.height()), (3, 2));
+        let found: Vec<TileShape> = (0..6).map(|tile| map.tile(tile % 3, tile / 3).shape).collect();
+        assert_eq!(found, shapes);
+        assert_eq!(map.free_walls(), [wall]);
+        assert_eq!(map.segments().last(), Some(&wall));
+        assert_eq!(map.segments().len(), map.border().len() + 1);
+        assert_eq!(map.terrains(), [""], "no tile has terrain with a name");
+        assert!(map.spawns().is_empty() && map.resources().is_empty() && map.zones().is_empty());
+    }
+
+    #[test]
+    fn there_is_no_map_of_shapes_that_fill_no_rectangle_of_a_size_that_is_allowed() {
+        let is_map = |width, tiles| TileMap::of_shapes(width, &vec![OPEN; tiles], Vec::new()).is_some();
+        let most = SIZE_MAX as usize;
+        for (width, tiles, expected) in [
+            (1, 1, true),
+            (3, 6, true),
+            (3, 7, false),
+            (3, 2, false),
+            (3, 0, false),
+            (0, 0, false),
+            (0, 1, false),
+            (SIZE_MAX, most, true),
+            (SIZE_MAX + 1, most + 1, false),
+            (1, most, true),
+            (1, most + 1, false),
+        ] {
+            assert_eq!(is_map(width, tiles), expected, "{tiles} tiles {width} wide");
+        }
+    }
+}

@@ -244,3 +244,55 @@ fn character(tile: Tile) -> char {
         TileShape::Diagonal(Corner::Southeast) => '4',
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use maniple_geometry::Segment;
+    use maniple_tilemap::{Corner, TileMap, TileShape};
+
+    use super::Terrain;
+
+    /// Every shape, and a wall of any angle.
+    fn map() -> TileMap {
+        let corners = [Corner::Northwest, Corner::Northeast, Corner::Southwest, Corner::Southeast];
+        let shapes: Vec<TileShape> = [TileShape::Open, TileShape::Blocked]
+            .into_iter()
+            .chain(corners.map(TileShape::Diagonal))
+            .collect();
+        let wall = Segment::new(DVec2::new(0.25, 0.5), DVec2::new(0.75, 0.125));
+        TileMap::of_shapes(3, &shapes, vec![wall]).unwrap()
+    }
+
+    #[test]
+    fn the_map_of_a_whole_terrain_is_the_map_that_it_was_made_of() {
+        let terrain = Terrain::of(&map());
+        assert_eq!(terrain.tiles, [".@1", "234"]);
+        assert_eq!(terrain.map(), Some(map()));
+    }
+
+    #[test]
+    fn what_is_not_known_is_open_and_its_walls_are_not_there() {
+        let mut terrain = Terrain::of(&map());
+        terrain.tiles[0].replace_range(1..2, "?");
+        let found = terrain.map().unwrap();
+        assert_eq!(found.tile(1, 0).shape, TileShape::Open);
+        assert_eq!(found.tile(2, 0), map().tile(2, 0));
+        assert!(found.free_walls().is_empty());
+        let unknown = Terrain::unknown(4, 3).map().unwrap();
+        assert_eq!((unknown.width(), unknown.height()), (4, 3));
+        assert!(unknown.tiles().iter().all(|tile| tile.shape == TileShape::Open));
+    }
+
+    #[test]
+    fn terrain_that_is_no_map_has_none() {
+        let with_rows = |width, rows: &[&str]| {
+            let tiles = rows.iter().map(|&row| row.to_owned()).collect();
+            Terrain { width, height: 2, tiles, segments: Vec::new() }
+        };
+        assert!(with_rows(2, &["..", ".."]).map().is_some());
+        assert_eq!(with_rows(2, &["..", "."]).map(), None, "a row is too short");
+        assert_eq!(with_rows(0, &[]).map(), None, "nothing at all");
+        assert_eq!(Terrain::default().map(), None);
+    }
+}

@@ -1,10 +1,11 @@
 //! What is refused, and how.
 
 use glam::DVec2;
-use maniple_geometry::NumberError;
+use maniple_geometry::{Circle, NumberError};
+use maniple_tilemap::Area;
 
 use super::drawn;
-use crate::{Field, Ground, GroundError, MARGIN, PlanError, Planner, RADIUS_MAX, Which};
+use crate::{Field, Ground, GroundError, MARGIN, Obstacle, Obstacles, PlanError, Planner, RADIUS_MAX, Which};
 
 const RADIUS: f64 = 0.4;
 
@@ -70,4 +71,32 @@ fn a_circle_that_is_wedged_in_is_told_so() {
     let start = point(0.5, 0.5);
     let error = Planner::new(&ground).path(start, point(2.5, 0.5)).unwrap_err();
     assert!(matches!(error, PlanError::Blocked { which: Which::Goal, .. }), "{error}");
+}
+
+#[test]
+fn what_is_no_obstacle_on_the_map_is_refused() {
+    let map = drawn(&["....", "...."]);
+    let ground = Ground::new(&map, 0.25).unwrap();
+    let mut obstacles = Obstacles::new(&ground);
+    let circle = |x, radius| Obstacle::Circle(Circle::new(DVec2::new(x, 1.0), radius));
+    let rectangle =
+        |x: f64, to: f64| Obstacle::Rectangle(Area { min: DVec2::new(x, 0.5), max: DVec2::new(to, 1.5) });
+    for good in [circle(0.0, 0.1), circle(4.0, 4.0), rectangle(0.0, 4.0)] {
+        assert!(obstacles.insert(1, good).is_ok(), "{good:?}");
+    }
+    for bad in [
+        circle(4.1, 0.1),
+        circle(f64::NAN, 0.1),
+        circle(1.0, 0.0),
+        circle(1.0, 4.1),
+        circle(1.0, f64::NAN),
+        rectangle(1.0, 1.0),
+        rectangle(2.0, 1.0),
+        rectangle(1.0, 1e300),
+        rectangle(f64::NAN, 1.0),
+    ] {
+        let error = obstacles.insert(1, bad).unwrap_err();
+        assert!(error.to_string().contains("on a map of 4 x 2 tiles"), "{error}");
+    }
+    assert_eq!(obstacles.remove(1), Some(rectangle(0.0, 4.0)), "what was there stays");
 }

@@ -116,6 +116,6 @@ pub(crate) fn load(scene: &Path) -> (TileMap, Vec<Query>) {
 }
 
 /// The middle of a tile.
-fn middle((x, y): (u32, u32)) -> DVec2 {
+pub(crate) fn middle((x, y): (u32, u32)) -> DVec2 {
     DVec2::new(f64::from(x), f64::from(y)) + 0.5
 }

@@ -9,7 +9,7 @@ use super::{Dice, drawn, generated, scattered, slanted};
 use crate::{Ground, MARGIN, PlanError, Planner};
 
 /// World units a cycle.
-const SPEED: f64 = 3.7;
+pub(crate) const SPEED: f64 = 3.7;
 
 /// Paths for each map and radius.
 const QUERIES: usize = 60;
