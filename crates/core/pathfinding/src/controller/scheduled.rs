@@ -15,8 +15,8 @@ use crate::work::{PATH, Work};
 const RETRY_MIN: u32 = 8;
 const RETRY_MAX: u32 = 128;
 
-/// From how many on those who wait are scheduled as one group, in lanes; fewer may be anywhere, and go each by itself to the goal that
-/// is assigned to it.
+/// From how many on those who wait are scheduled as one group, in lanes, if others have left; fewer may be anywhere, and go each by
+/// itself to the goal that is assigned to it. At the beginning all are one group.
 const GROUP_MIN: usize = 32;
 
 /// How often a unit that has arrived may be roused to make room for another, so that no two make room for each other for ever.
@@ -276,7 +276,10 @@ impl Scheduled {
         let mut ready: Vec<usize> = (0..self.states.len()).filter(is_ready).collect();
         let free = self.free_goals();
         self.refuse_unreachable(ground, scene, (&mut ready, &free));
-        let groups = self.groups(scene, &mut ready, &free);
+        let is_of_all =
+            !self.has_failed && self.states.iter().all(|state| matches!(state, State::Idle { .. }));
+        let least = if is_of_all { 1 } else { GROUP_MIN };
+        let groups = self.groups(scene, (&mut ready, &free), least);
         if ready.is_empty() {
             self.put_off(scene.cycle);
             return;
@@ -285,8 +288,6 @@ impl Scheduled {
         let (still, moving) = self.those_around(ground, scene, (&ready, base));
         let (groups, places): (Vec<Group>, Vec<Vec<usize>>) = groups.into_iter().unzip();
         let request = Request { groups: &groups, speed: self.speed, still: &still, moving: &moving };
-        let is_of_all =
-            !self.has_failed && self.states.iter().all(|state| matches!(state, State::Idle { .. }));
         // The shared way of those who are left may not exist although each of them has one.
         let releasing = if is_of_all { Releasing::new(&request) } else { Releasing::of_some(&request) };
         let is_waited_for = !moving.is_empty();
@@ -455,9 +456,14 @@ impl Scheduled {
         });
     }
 
-    /// The units that are ready as groups, with as many goals, and the places of these: those that are nearest. Leaves as many ready
-    /// of each squad as there are goals for it.
-    fn groups(&self, scene: &Scene<'_>, ready: &mut Vec<usize>, free: &[usize]) -> Vec<(Group, Vec<usize>)> {
+    /// The units that are ready as groups, of `least` or of one each, with as many goals, and the places of these: those that are
+    /// nearest. Leaves as many ready of each squad as there are goals for it.
+    fn groups(
+        &self,
+        scene: &Scene<'_>,
+        (ready, free): (&mut Vec<usize>, &[usize]),
+        least: usize,
+    ) -> Vec<(Group, Vec<usize>)> {
         let mut groups = Vec::new();
         let mut kept = Vec::new();
         for squad in &self.squads {
@@ -469,7 +475,7 @@ impl Scheduled {
             }
             units.truncate(goals.len());
             if !units.is_empty() {
-                groups.extend(self.groups_of(scene, (&units, goals), squad.whose));
+                groups.extend(self.groups_of(scene, (&units, goals), (squad.whose, least)));
                 kept.extend(units);
             }
         }
@@ -477,12 +483,12 @@ impl Scheduled {
         groups
     }
 
-    /// Units of one squad as one group, or as many.
+    /// Units of one squad as one group, if there are that many, or as a group each.
     fn groups_of(
         &self,
         scene: &Scene<'_>,
         (units, mut free): (&[usize], Vec<usize>),
-        whose: Goals,
+        (whose, least): (Goals, usize),
     ) -> Vec<(Group, Vec<usize>)> {
         let starts: Vec<DVec2> = units.iter().map(|&unit| scene.units[unit].position).collect();
         if whose == Goals::Interchangeable {
@@ -492,7 +498,7 @@ impl Scheduled {
             free.truncate(starts.len());
         }
         let goals: Vec<DVec2> = free.iter().map(|&goal| self.goals[goal]).collect();
-        if starts.len() >= GROUP_MIN {
+        if starts.len() >= least {
             return vec![(Group { starts, goals, whose }, free)];
         }
         let places = match whose {
