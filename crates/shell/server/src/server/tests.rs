@@ -6,6 +6,7 @@ use super::*;
 use crate::connection::{DISCARD_SILENCE, TURN_AWAY_TIMEOUT};
 use crate::operation::{Entry, Operated};
 use crate::queue::FLUSH_TIMEOUT;
+use crate::socket::{SEND_BUFFER_SIZE, UNSENT_MAX};
 
 /// Simulated time in which everything here has happened long ago, or never will.
 const FOR_EVER: Duration = Duration::from_secs(3600);
@@ -123,6 +124,23 @@ async fn who_finds_no_place_waits_at_the_socket_until_there_is_one() {
     drop(first);
     assert!(BufReader::new(second).read_line(&mut line).await.unwrap() > 0);
     serving.abort();
+}
+
+#[cfg(target_os = "linux")]
+#[tokio::test]
+async fn connections_have_the_buffers_that_let_a_slow_client_be_noticed() {
+    let inherited = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    for server in [
+        Server::open("127.0.0.1:0".parse().unwrap(), house(1, 1)).unwrap(),
+        Server::over(inherited, house(1, 1)).unwrap(),
+    ] {
+        let _client = TcpStream::connect(server.local_addr().unwrap()).await.unwrap();
+        let (stream, ..) = server.accept().await;
+        let socket = socket2::SockRef::from(&stream);
+        // Linux keeps twice what it was told.
+        assert_eq!(socket.send_buffer_size().unwrap(), 2 * SEND_BUFFER_SIZE);
+        assert_eq!((socket.tcp_notsent_lowat().unwrap(), stream.nodelay().unwrap()), (UNSENT_MAX, true));
+    }
 }
 
 /// Returns a house without a match, played in the time of the runtime.
