@@ -3,6 +3,7 @@
 use std::future::pending;
 use std::io::{self, Write};
 use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 use maniple_bots::{Bot, bot_seed, make};
 use maniple_client::{Client, Login};
@@ -14,6 +15,7 @@ use tokio::io::BufReader;
 use tokio::net::TcpStream;
 use tokio::sync::oneshot;
 use tokio::task::JoinHandle;
+use tokio::time::timeout;
 
 /// The players, by seat.
 pub(crate) const NAMES: [&str; 2] = ["Ada", "Bob"];
@@ -97,7 +99,9 @@ impl Arena {
 
     pub(crate) async fn shut_down(self) -> Outcome {
         self.shutdown.send(()).unwrap();
-        Outcome { result: self.running.await.unwrap().unwrap(), replay: self.replay.bytes() }
+        // Nothing else would end the wait for a server that does not go down.
+        let ended = timeout(Duration::from_secs(60), self.running).await.expect("it goes down");
+        Outcome { result: ended.unwrap().unwrap(), replay: self.replay.bytes() }
     }
 }
 

@@ -59,6 +59,11 @@ fn files_that_the_configuration_names_are_checked_with_it() {
     let pair = [format!("listen.tls_key={nothing}"), format!("listen.tls_certificate={nothing}")];
     let error = fails(&["serve", "--check", "--set", &pair[0], "--set", &pair[1]], 3);
     assert!(error.contains(&format!("there is no certificate in {nothing}; it needs a block")), "{error}");
+    let token = format!("listen.admin_token_file={nothing}");
+    let error = fails(&["serve", "--check", "--set", "listen.admin_socket=a.sock", "--set", &token], 3);
+    assert!(error.contains("listen.admin_socket: ") && error.contains(&nothing), "{error}");
+    let error = fails(&["serve", "--check", "--scenario", "none.toml"], 3);
+    assert!(error.starts_with("error: none.toml: "), "{error}");
     let right = "lobby.scenarios=duel=config/scenarios/duel.toml,wide=config/scenarios/orts1.toml";
     let checked = json(&["serve", "--check", "--json", "--set", right]);
     assert_eq!(checked["files"], json!(["config/scenarios/duel.toml", "config/scenarios/orts1.toml"]));

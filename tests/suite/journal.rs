@@ -8,9 +8,11 @@ use std::time::Duration;
 use maniple_client::{Client, Event};
 use maniple_protocol::{Record, encode_snapshot, read_partial};
 use maniple_referee::Referee;
-use maniple_server::{Access, House, JournalError, Journals, Limits, Match, Server};
+use maniple_server::{Access, House, JournalError, Journals, Limits, Match, RETURN_TIMEOUT, Server};
 use maniple_view::{ClockMode, Seat};
 use tokio::sync::oneshot;
+use tokio::time::Instant;
+use tokio_util::sync::CancellationToken;
 
 use crate::arena::{bot, loaded, login};
 use crate::commands::folder;
@@ -192,6 +194,30 @@ async fn no_time_passes_before_the_players_of_a_match_that_is_taken_up_are_back(
     assert_eq!(delta.cycle, keyframe.cycle.next());
     drop((first, second));
     running.abort();
+}
+
+#[test]
+fn a_match_that_is_taken_up_goes_on_without_who_does_not_come_back() {
+    let folder = folder("journal_alone");
+    let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build().unwrap();
+    runtime.block_on(broken_off_of(&folder, 20, (REALTIME, ClockMode::Realtime)));
+    let mut simulated = tokio::runtime::Builder::new_current_thread();
+    simulated.enable_all().start_paused(true).build().unwrap().block_on(async {
+        let house = House::new(Limits::default(), [].into(), Some(journals(&folder)), 0).unwrap();
+        let game = house.lobby().resume().unwrap().matches.pop().unwrap();
+        let (id, token) = (game.id(), token(&game.access()[0]));
+        house.lobby().take_in(game).unwrap();
+        let begun = Instant::now();
+        let (nearby, far) = tokio::io::duplex(1 << 16);
+        house.receive(nearby, "192.0.2.1:9".parse().unwrap(), &CancellationToken::new());
+        let mut alone = Client::over(far, Some(id), login(0, &token)).await.unwrap();
+        let Event::Cycle(keyframe) = alone.next().await.unwrap() else { panic!("a keyframe") };
+        let next = tokio::time::timeout(10 * RETURN_TIMEOUT, alone.next()).await;
+        let Event::Cycle(delta) = next.expect("it goes on").unwrap() else { panic!("a delta") };
+        assert_eq!(delta.cycle, keyframe.cycle.next());
+        let waited = begun.elapsed();
+        assert!((RETURN_TIMEOUT..RETURN_TIMEOUT + Duration::from_secs(1)).contains(&waited), "{waited:?}");
+    });
 }
 
 /// A match of which a cycle is played every 20 ms.

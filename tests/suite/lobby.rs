@@ -10,12 +10,19 @@ use maniple_client::{Client, ClientError, Destination, Event, Lobby, Login, Spec
 use maniple_game::{Files, LoadedFile, Overrides, load};
 use maniple_protocol::Refused;
 use maniple_referee::Referee;
-use maniple_server::{ASKS_MAX, Access, House, Limits, Match, Offer, RunError, Server};
+use maniple_server::{
+    ASKS_MAX, Access, House, Journals, Limits, Match, Offer, RunError, SYNC_INTERVAL, Server,
+};
 use maniple_view::{ClockMode, Digest, Seat, Vantage};
 use tokio::sync::oneshot;
 use tokio::task::{JoinHandle, JoinSet};
+use tokio::time::timeout;
 
 use crate::arena::{bot, tiny};
+use crate::commands::folder;
+
+/// Time for what comes soon or never.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A server with a lobby.
 struct Inn {
@@ -27,7 +34,10 @@ struct Inn {
 
 impl Inn {
     fn open(limits: Limits) -> Self {
-        let house = House::new(limits, offers(), None, 2).unwrap();
+        Self::open_for(House::new(limits, offers(), None, 2).unwrap())
+    }
+
+    fn open_for(house: House) -> Self {
         let server = Arc::new(Server::open("127.0.0.1:0".parse().unwrap(), house).unwrap());
         let address = server.local_addr().unwrap().to_string();
         let (close, closed) = oneshot::channel();
@@ -192,7 +202,8 @@ async fn a_match_whose_players_do_not_come_is_given_up() {
     let created = inn.lobby().await.create("short", ClockMode::Lockstep, true).await.unwrap();
     let mut alone = inn.sit(created.match_id, "").await.unwrap();
     let gone = loop {
-        match alone.next().await {
+        // Nothing else would end the wait for a refusal that never comes.
+        match timeout(PATIENCE, alone.next()).await.expect("it is given up") {
             Ok(Event::Cycle(_) | Event::Pong { .. } | Event::Paused { .. } | Event::Warned { .. }) => {}
             Ok(Event::Ended(_)) => panic!("it has not begun"),
             Err(error) => break error,
@@ -202,6 +213,21 @@ async fn a_match_whose_players_do_not_come_is_given_up() {
     while inn.server.house().lobby().matches() > 0 {
         tokio::task::yield_now().await;
     }
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_match_that_the_disk_does_not_take_is_not_created_and_the_next_may_be() {
+    let kept = folder("lobby_disk").join("kept");
+    let journals = Journals::open(&kept, SYNC_INTERVAL).unwrap();
+    let inn = Inn::open_for(House::new(Limits::default(), offers(), Some(journals), 2).unwrap());
+    // As where there is no room for a folder.
+    std::fs::remove_dir_all(&kept).unwrap();
+    let refused = inn.lobby().await.create("short", ClockMode::Lockstep, true).await.err();
+    assert!(is_refused(refused.as_ref(), &Refused::Draining), "{refused:?}");
+    assert_eq!(inn.server.house().lobby().matches(), 0);
+    std::fs::create_dir(&kept).unwrap();
+    inn.lobby().await.create("short", ClockMode::Lockstep, true).await.unwrap();
+    assert_eq!(inn.server.house().lobby().matches(), 1);
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -19,6 +19,7 @@ use tokio::net::TcpSocket;
 use crate::arena::{Arena, loaded, tiny};
 use crate::commands::{fails, file, folder, maniple, run, serve};
 use crate::matches::{Game, open, shipped};
+use crate::network::ping_until_closed;
 use crate::show::{Show, Tap, hello, opening, watch};
 
 /// Cycles by which spectators are behind.
@@ -312,10 +313,7 @@ async fn a_spectator_has_no_say_and_holds_nobody_up() {
     socket.set_recv_buffer_size(4096).unwrap();
     let mut deaf = socket.connect(show.arena.address.parse().unwrap()).await.unwrap();
     deaf.write_all(&opening(Encoding::Json, &watch(A))).await.unwrap();
-    let pings = "{\"ping\":{\"id\":1}}\n".repeat(2000);
-    while deaf.write_all(pings.as_bytes()).await.is_ok() {
-        tokio::time::sleep(std::time::Duration::from_millis(1)).await;
-    }
+    ping_until_closed(&mut deaf).await;
     let expected = headless(&loaded(WATCHED));
     assert_eq!(show.play_out(&mut []).await.2.result.unwrap().hash, expected.hash);
 }

@@ -189,3 +189,32 @@ impl Feed {
         Ok(bytes)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use maniple_view::{Handle, Shot};
+
+    use super::*;
+    use crate::arbitrary::Random;
+
+    #[test]
+    fn what_is_kept_has_an_end_and_what_is_let_go_is_handed_back() {
+        for (shots, kept) in
+            [(0, MERGED_CYCLES_MAX), (MERGED_ENTRIES_MAX / 8, 7), (MERGED_ENTRIES_MAX + 1, 0)]
+        {
+            let mut feed = Feed::new(Encoding::Json, &Random::new(1).welcome().rules);
+            let shots = vec![Shot { object: Handle(1), target: None }; shots];
+            let mut handed_back = Vec::new();
+            let cycles = 2 * u32::try_from(MERGED_CYCLES_MAX).unwrap();
+            for cycle in (1..=cycles).map(Cycle) {
+                feed.push([Delta { cycle, shots: shots.clone(), ..Delta::default() }]).unwrap();
+                handed_back.extend(feed.forget(None).iter().map(|delta| delta.cycle.0));
+                assert!(feed.recent.len() <= kept && feed.entries <= MERGED_ENTRIES_MAX, "{cycle}");
+            }
+            let gone = cycles - u32::try_from(kept).unwrap();
+            assert_eq!(handed_back, (1..=gone).collect::<Vec<u32>>());
+            assert_eq!(feed.forget(Some(Cycle(cycles))), [], "everybody was told");
+            assert_eq!((feed.recent.len(), feed.entries), (0, 0));
+        }
+    }
+}

@@ -216,6 +216,16 @@ mod tests {
     }
 
     #[test]
+    fn no_memory_is_set_aside_for_a_length_that_was_only_announced() {
+        for length in [1 << 20, (1 << 20) + 1, u32::MAX] {
+            let mut decoder = FrameDecoder::new(Encoding::Binary, 1 << 20);
+            decoder.handle_bytes(&length.to_le_bytes());
+            assert_eq!(decoder.poll().is_ok(), length == 1 << 20);
+            assert!(decoder.bytes.capacity() < 1 << 10, "{length}: {}", decoder.bytes.capacity());
+        }
+    }
+
+    #[test]
     fn a_message_that_is_too_large_can_be_dropped_however_it_is_split() {
         for (encoding, stream, expected) in [
             (Encoding::Binary, &b"\x09\0\0\0abcdefghi\x01\0\0\0b"[..], &b"b"[..]),

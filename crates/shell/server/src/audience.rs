@@ -265,7 +265,7 @@ pub(crate) fn spectators_full(spectators_max: usize) -> Refused {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use maniple_protocol::decode_server;
     use maniple_view::Seat;
 
@@ -300,7 +300,7 @@ mod tests {
         audience.join(ConnectionId(number), vantage, link);
     }
 
-    fn welcome() -> Welcome {
+    pub(crate) fn welcome() -> Welcome {
         let json = include_bytes!("../../../../tests/golden/protocol/welcome.json");
         let message = decode_server(Encoding::Json, json.trim_ascii_end()).unwrap();
         let ServerMessage::Welcome(welcome) = message else { panic!("{message:?}") };

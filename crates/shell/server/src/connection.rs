@@ -337,9 +337,45 @@ async fn discard(half: &mut (impl AsyncRead + Unpin)) {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::Receiver;
+
+    use maniple_protocol::PROTOCOL;
+    use tokio::sync::Notify;
     use tokio::time::{Instant, sleep};
 
     use super::*;
+    use crate::pool::Waker;
+
+    #[tokio::test(start_paused = true)]
+    async fn of_a_flood_only_so_many_messages_wait_for_the_simulation() {
+        for in_flight_max in [SPECTATOR_IN_FLIGHT_MAX, IN_FLIGHT_MAX] {
+            let (nearby, mut far) = tokio::io::duplex(64);
+            let (mailbox, events) = Mailbox::new(Waker::Task(Arc::new(Notify::new())));
+            let mut reader = Reader { half: split(nearby).0, inbound: Inbound::new() };
+            let listening =
+                tokio::spawn(async move { reader.listen(ConnectionId(1), in_flight_max, &mailbox).await });
+            tokio::spawn(async move {
+                let watch = format!(
+                    "{{\"watch\":{{\"protocol\":{PROTOCOL},\"client\":\"\",\"view\":\"everything\"}}}}\n"
+                );
+                let flood = watch + &"{\"ping\":{\"id\":1}}\n".repeat(100 * IN_FLIGHT_MAX);
+                // It goes when nobody listens any more.
+                let _ = far.write_all(flood.as_bytes()).await;
+            });
+            for _ in 0..3 {
+                // Whatever can be read is read before time passes.
+                sleep(Duration::from_secs(1)).await;
+                assert_eq!(taken(&events), in_flight_max);
+            }
+            drop(events);
+            listening.await.unwrap();
+        }
+    }
+
+    /// Deals with all that waits, and returns how much it was.
+    fn taken(events: &Receiver<Event>) -> usize {
+        events.try_iter().map(drop).count()
+    }
 
     #[tokio::test(start_paused = true)]
     async fn what_comes_after_the_last_message_is_dropped_up_to_each_limit() {
@@ -365,6 +401,7 @@ mod tests {
             let mut sent = 0;
             while let Ok(count) = far.write(&[0; 64]).await {
                 sent += count;
+                assert!(sent < 2 * DISCARD_BYTES_MAX, "there is no end to it");
             }
             sent
         });
@@ -375,7 +412,7 @@ mod tests {
     /// Returns how long a connection was read from.
     async fn discarded(mut half: impl AsyncRead + Unpin) -> Duration {
         let start = Instant::now();
-        discard(&mut half).await;
+        timeout(2 * DISCARD_TIMEOUT, discard(&mut half)).await.expect("it ends");
         start.elapsed()
     }
 }

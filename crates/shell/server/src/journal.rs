@@ -344,6 +344,16 @@ mod tests {
     }
 
     #[test]
+    fn a_replay_that_the_disk_has_not_is_not_finished() {
+        let (journals, folder) = journals("unfinished");
+        let disk = Arc::new(Disk::default());
+        let journal = journals.journal(Digest(1), Arc::<Disk>::clone(&disk));
+        disk.is_broken.store(true, Ordering::SeqCst);
+        assert_eq!(journal.archive().unwrap_err().to_string(), "the disk is gone");
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
     fn a_match_that_was_given_up_is_not_taken_up_again() {
         let (journals, folder) = journals("given_up");
         let mut journal = journals.create(Digest(3), ClockMode::Lockstep, &[Access::Open]).unwrap();
@@ -357,6 +367,18 @@ mod tests {
         fs::remove_dir_all(folder).unwrap();
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn the_tokens_of_a_match_are_for_the_owner_alone() {
+        use std::os::unix::fs::PermissionsExt;
+        let (journals, folder) = journals("tokens");
+        let access = [Access::Token(Token::random().unwrap())];
+        let journal = journals.create(Digest(4), ClockMode::Lockstep, &access).unwrap();
+        let kept = fs::metadata(journal.folder.join(MATCH)).unwrap();
+        assert_eq!(kept.permissions().mode() & 0o777, 0o600);
+        fs::remove_dir_all(folder).unwrap();
+    }
+
     const INTERVAL: Duration = Duration::from_millis(5);
 
     fn journals(name: &str) -> (Journals, PathBuf) {
@@ -364,9 +386,14 @@ mod tests {
         (Journals::open(&folder, INTERVAL).unwrap(), folder)
     }
 
+    /// Waits for what comes at the next sync or never.
     fn wait(mut is_so: impl FnMut() -> bool) {
-        while !is_so() {
+        for _ in 0..2000 {
+            if is_so() {
+                return;
+            }
             sleep(INTERVAL);
         }
+        panic!("what was waited for never came");
     }
 }

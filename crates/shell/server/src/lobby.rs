@@ -475,3 +475,47 @@ impl Open {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Receiver, Sender, channel};
+
+    use tokio::time::advance;
+
+    use super::*;
+    use crate::operation::{Health, Operated, STUCK_AFTER};
+    use crate::pool::{Player, Turn};
+    use crate::server::House;
+
+    /// Has a turn that lasts until it is released.
+    struct Slow(Sender<()>, Receiver<()>);
+
+    impl Player for Slow {
+        fn turn(&mut self) -> Turn {
+            self.0.send(()).unwrap();
+            self.1.recv().unwrap();
+            Turn::Over
+        }
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_daemon_starts_is_ready_drains_and_is_stuck_while_a_turn_does_not_end() {
+        let house = House::new(Limits::default(), BTreeMap::new(), None, 1).unwrap();
+        assert_eq!(house.health(), Health::Starting);
+        house.note_ready();
+        assert_eq!(house.health(), Health::Ready);
+        let (begun, has_begun) = channel();
+        let (release, released) = channel();
+        house.lobby.pool.enter(|_| Slow(begun, released));
+        has_begun.recv().unwrap();
+        advance(STUCK_AFTER / 2).await;
+        assert_eq!(house.health(), Health::Ready);
+        advance(STUCK_AFTER).await;
+        assert_eq!(house.health(), Health::Stuck);
+        release.send(()).unwrap();
+        assert!(has_begun.recv().is_err(), "it is over");
+        assert_eq!(house.health(), Health::Ready);
+        house.lobby.drain();
+        assert_eq!(house.health(), Health::Draining);
+    }
+}

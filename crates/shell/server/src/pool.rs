@@ -349,13 +349,26 @@ mod tests {
         let Pool::Threads(threads) = &pool else { unreachable!("made with threads") };
         let in_an_hour = || threads.lock().longest_wait(Instant::now() + hour);
         assert!(in_an_hour() >= hour, "the turn goes on");
-        enter(&pool, 2, &told, |_| Turn::Woken);
+        let (other_told, other_heard) = channel();
+        enter(&pool, 2, &other_told, |_| Turn::Over);
+        drop(other_told);
         release.send(()).unwrap();
-        assert_eq!(heard.recv(), Ok((2, 1)), "the other was waiting for the thread");
-        while in_an_hour() > Duration::ZERO {
-            thread::yield_now();
-        }
+        assert_eq!(other_heard.recv(), Ok((2, 1)), "the other was waiting for the thread");
+        // The one thread is done with the first before it begins with the other.
+        assert!(other_heard.recv().is_err(), "the other is over");
+        assert_eq!(in_an_hour(), Duration::ZERO, "nobody waits, and no turn goes on");
         pool.close();
+    }
+
+    #[test]
+    fn who_is_due_and_has_no_turn_is_seen_too() {
+        let (mut queue, now, hour) = (Queue::default(), Instant::now(), Duration::from_secs(3600));
+        let number = queue.take_number();
+        queue.players.insert(number, Entry { player: None, due: None, begun: None, is_woken: false });
+        assert_eq!(queue.longest_wait(now), Duration::ZERO, "it has nothing to do");
+        queue.schedule(number, now + hour);
+        assert_eq!(queue.longest_wait(now), Duration::ZERO, "it is not due");
+        assert_eq!(queue.longest_wait(now + 3 * hour), 2 * hour);
     }
 
     #[test]

@@ -304,8 +304,10 @@ mod tests {
         queue.push_control(bytes("123")).unwrap();
         queue.close(bytes("last"));
         let (mut nearby, _far) = tokio::io::duplex(1);
-        let error = outbox.write_to(&mut nearby).await.unwrap_err();
-        assert_eq!(error.kind(), io::ErrorKind::TimedOut);
+        let begun = tokio::time::Instant::now();
+        let written = tokio::time::timeout(2 * FLUSH_TIMEOUT, outbox.write_to(&mut nearby)).await;
+        assert_eq!(written.expect("it is given up").unwrap_err().kind(), io::ErrorKind::TimedOut);
+        assert_eq!(begun.elapsed(), FLUSH_TIMEOUT);
     }
 
     #[test]

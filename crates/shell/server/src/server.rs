@@ -211,8 +211,9 @@ impl Server {
     /// Returns a server for a house over a socket that listens already.
     ///
     /// # Errors
-    /// A socket that the runtime cannot wait for.
+    /// A socket that cannot be set as those of a server are, or that the runtime cannot wait for.
     pub fn over(listener: std::net::TcpListener, house: House) -> io::Result<Self> {
+        set_listening(&listener)?;
         listener.set_nonblocking(true)?;
         Ok(Self { listener: TcpListener::from_std(listener)?, house })
     }
@@ -320,3 +321,6 @@ impl Server {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,5 +1,7 @@
 //! One match: its referee, its connections and its clock.
 
+#[cfg(test)]
+mod tests;
 mod watching;
 
 use std::any::Any;

@@ -2,11 +2,12 @@
 
 use std::io;
 
-use tokio::net::{TcpSocket, TcpStream};
+use socket2::SockRef;
+use tokio::net::TcpStream;
 
 /// Bytes of a socket's send buffer. The system would let it grow to megabytes, which is a minute and more of deltas
 /// that a client has yet to see when it is found to be too slow.
-pub const SEND_BUFFER_SIZE: u32 = 64 * 1024;
+pub const SEND_BUFFER_SIZE: usize = 64 * 1024;
 
 /// Bytes in a socket's send buffer that were not sent yet, because the client's side has no room for them. Linux keeps twice the
 /// send buffer, and accepts all of it from us while the client takes nothing; with this it says after a few deltas that the client lags.
@@ -16,8 +17,8 @@ pub const UNSENT_MAX: u32 = 16 * 1024;
 ///
 /// # Errors
 /// Whatever the operating system says.
-pub(crate) fn set_listening(socket: &TcpSocket) -> io::Result<()> {
-    socket.set_send_buffer_size(SEND_BUFFER_SIZE)
+pub(crate) fn set_listening<'a>(socket: impl Into<SockRef<'a>>) -> io::Result<()> {
+    socket.into().set_send_buffer_size(SEND_BUFFER_SIZE)
 }
 
 /// Sets a connection: a small message is sent at once, and what a client does not take is noticed soon.
@@ -31,7 +32,7 @@ pub(crate) fn set_connected(stream: &TcpStream) -> io::Result<()> {
 
 #[cfg(any(target_os = "android", target_os = "linux"))]
 fn limit_unsent(stream: &TcpStream) -> io::Result<()> {
-    socket2::SockRef::from(stream).set_tcp_notsent_lowat(UNSENT_MAX)
+    SockRef::from(stream).set_tcp_notsent_lowat(UNSENT_MAX)
 }
 
 /// Elsewhere there is no such option, or none that can be set without unsafe code: [`SEND_BUFFER_SIZE`] alone has to do, and a client
@@ -44,7 +45,7 @@ fn limit_unsent(_: &TcpStream) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use tokio::io::AsyncWriteExt;
-    use tokio::net::TcpListener;
+    use tokio::net::{TcpListener, TcpSocket};
 
     use super::*;
 

@@ -245,9 +245,11 @@ impl News {
 
 #[cfg(test)]
 mod tests {
-    use maniple_protocol::Encoding;
+    use maniple_protocol::{CYCLES_WITHHELD_MAX, Encoding};
+    use maniple_view::{Outcome, Refusal};
 
     use super::*;
+    use crate::audience::tests::welcome;
     use crate::doors::Access;
     use crate::token::Token;
 
@@ -278,6 +280,23 @@ mod tests {
         assert_eq!(open.seat_for("", Some(Seat(3))), Err(Refused::NoSuchSeat { seats: 3 }));
         assert_eq!(open.seat_for("", Some(Seat(1))), Err(Refused::Full), "that one needs its token");
         assert_eq!(table(vec![token]).seat_for("", None), Err(Refused::Token));
+    }
+
+    #[test]
+    fn results_that_cannot_be_told_have_an_end() {
+        let mut table = table(vec![Access::Open]);
+        let (link, _takes_nothing) = Link::new(Encoding::Json);
+        table.sit(Seat(0), ConnectionId(1), link);
+        table.welcome(Seat(0), welcome(), Delta::default()).unwrap();
+        let outcome = Outcome::Refused { reason: Refusal::Out };
+        let results = vec![CommandResult { seq: 1, outcome }; NEWS_WAITING_MAX / 16];
+        let refused = (1..CYCLES_WITHHELD_MAX / 2).find_map(|cycle| {
+            let delta = Delta { cycle: Cycle(cycle), results: results.clone(), ..Delta::default() };
+            table.push_delta(Seat(0), delta, || panic!("it lags")).err()
+        });
+        assert_eq!(refused, Some(Refused::TooSlow));
+        let waiting = table.occupant(Seat(0)).map(|occupant| occupant.news.results.len());
+        assert_eq!(waiting, Some(NEWS_WAITING_MAX + results.len()), "none is lost before");
     }
 
     fn table(access: Vec<Access>) -> Table {

@@ -147,16 +147,23 @@ fn unreadable(file: &Path, error: pem::Error) -> TlsError {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
     use std::fs;
 
     use rcgen::{CertifiedKey, KeyPair, generate_simple_self_signed};
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
     use tokio::net::{TcpListener, TcpStream};
+    use tokio::time::{Instant, timeout};
     use tokio_rustls::TlsConnector;
     use tokio_rustls::rustls::pki_types::ServerName;
     use tokio_rustls::rustls::{ClientConfig, RootCertStore};
+    use tokio_util::sync::CancellationToken;
 
     use super::*;
+    use crate::connection::HELLO_TIMEOUT;
+    use crate::limits::Limits;
+    use crate::operation::{Entry, Operated};
+    use crate::server::House;
 
     #[tokio::test]
     async fn a_client_that_trusts_the_certificate_talks_over_loopback_and_another_does_not() {
@@ -183,16 +190,9 @@ mod tests {
             outcomes
         });
         let talk = |trusted: CertificateDer<'static>| async move {
-            let mut roots = RootCertStore::empty();
-            roots.add(trusted).unwrap();
-            let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
-                .with_safe_default_protocol_versions()
-                .unwrap()
-                .with_root_certificates(roots)
-                .with_no_client_auth();
             let stream = TcpStream::connect(address).await.unwrap();
             let name = ServerName::try_from("localhost").unwrap();
-            let mut stream = TlsConnector::from(Arc::new(config)).connect(name, stream).await?;
+            let mut stream = connector(trusted).connect(name, stream).await?;
             stream.write_all(b"ping").await?;
             let mut heard = String::new();
             stream.read_to_string(&mut heard).await?;
@@ -208,6 +208,40 @@ mod tests {
         let _ = plain.read_to_end(&mut heard).await;
         assert!(!heard.windows(4).any(|window| window == b"MANI"), "{heard:?}");
         assert_eq!(server.await.unwrap(), [true, false, false]);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_handshake_has_so_much_time_and_who_is_refused_gets_none() {
+        let folder = Folder::new("refused");
+        let made = certificate();
+        let files = folder.files(&made.cert.pem(), &made.signing_key.serialize_pem());
+        let limits = Limits { connections_per_address: 1, ..Limits::default() };
+        let house =
+            House::new(limits, BTreeMap::new(), None, 0).unwrap().encrypted(acceptor(&files).unwrap());
+        let connector = connector(made.cert.der().clone());
+        let come = |from: &str| {
+            let (nearby, far) = tokio::io::duplex(1024);
+            house.receive(nearby, from.parse().unwrap(), &CancellationToken::new());
+            far
+        };
+        // Who says nothing, and who says it bit by bit.
+        for first in [&b""[..], b"\x16\x03\x01\x02\x00"] {
+            let mut slow = come("192.0.2.1:1");
+            let begun = Instant::now();
+            slow.write_all(first).await.unwrap();
+            let mut heard = Vec::new();
+            let closed = timeout(2 * HELLO_TIMEOUT, slow.read_to_end(&mut heard)).await;
+            assert!(closed.is_ok_and(|read| read.is_ok()), "it is closed");
+            assert_eq!((begun.elapsed(), heard), (HELLO_TIMEOUT, vec![]));
+        }
+        let name = ServerName::try_from("localhost").unwrap();
+        let connect = |far| connector.connect(name.clone(), far);
+        let _in = connect(come("192.0.2.1:2")).await.unwrap();
+        house.ban("192.0.2.2".parse().unwrap(), Entry::Denied).unwrap();
+        for refused in ["192.0.2.1:3", "192.0.2.2:1"] {
+            assert!(connect(come(refused)).await.is_err(), "{refused}");
+        }
+        assert!(connect(come("192.0.2.3:1")).await.is_ok());
     }
 
     #[test]
@@ -259,6 +293,18 @@ mod tests {
 
     fn certificate() -> CertifiedKey<KeyPair> {
         generate_simple_self_signed(["localhost".to_owned()]).unwrap()
+    }
+
+    /// Returns who opens connections to servers with this certificate alone.
+    fn connector(trusted: CertificateDer<'static>) -> TlsConnector {
+        let mut roots = RootCertStore::empty();
+        roots.add(trusted).unwrap();
+        let config = ClientConfig::builder_with_provider(Arc::new(ring::default_provider()))
+            .with_safe_default_protocol_versions()
+            .unwrap()
+            .with_root_certificates(roots)
+            .with_no_client_auth();
+        TlsConnector::from(Arc::new(config))
     }
 
     /// A folder of a test's own, which is gone when it is dropped.

@@ -103,3 +103,41 @@ fn sync_all(journals: &Mutex<Vec<Entry>>) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicU32;
+
+    use super::*;
+
+    /// Counts how often it is synced.
+    #[derive(Debug, Default)]
+    struct Disk(AtomicU32);
+
+    impl Storage for Disk {
+        fn append(&self, _: &[u8]) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn sync(&self) -> io::Result<()> {
+            self.0.fetch_add(1, Ordering::Relaxed);
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn what_was_written_during_a_sync_that_failed_is_not_synced_either() {
+        let (disk, health) = (Arc::new(Disk::default()), Arc::new(Health::default()));
+        let entry = Entry { file: Arc::<Disk>::clone(&disk), health: Arc::downgrade(&health) };
+        let journals = Mutex::new(vec![entry]);
+        for synced in [0, 1] {
+            assert_eq!(disk.0.load(Ordering::Relaxed), synced);
+            health.note_write();
+            sync_all(&journals);
+        }
+        health.note_write();
+        health.fail(&io::Error::other("gone"));
+        sync_all(&journals);
+        assert_eq!(disk.0.load(Ordering::Relaxed), 2);
+    }
+}

@@ -64,12 +64,16 @@ pub fn tell_stopping() {
 /// once if the service manager does not want to know.
 pub async fn keep_telling(daemon: Arc<dyn Operated>) {
     let Some(period) = sd_notify::watchdog_enabled() else { return };
+    beat(&*daemon, period, || tell(&[NotifyState::Watchdog])).await;
+}
+
+async fn beat(daemon: &dyn Operated, period: Duration, tell_alive: impl Fn()) {
     // A timer does not take 0.
     let mut beats = tokio::time::interval((period / 2).max(Duration::from_millis(1)));
     loop {
         beats.tick().await;
         if daemon.health().is_alive() {
-            tell(&[NotifyState::Watchdog]);
+            tell_alive();
         }
     }
 }
@@ -77,5 +81,29 @@ pub async fn keep_telling(daemon: Arc<dyn Operated>) {
 fn tell(state: &[NotifyState<'_>]) {
     if let Err(error) = sd_notify::notify(state) {
         tracing::warn!(%error, "the service manager cannot be told");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
+    use super::*;
+    use crate::operation::Health;
+    use crate::operation::double::Double;
+
+    #[tokio::test(start_paused = true)]
+    async fn a_daemon_that_works_says_so_twice_in_a_period_and_one_that_is_stuck_does_not() {
+        for (health, beats) in
+            [(Health::Ready, 20), (Health::Starting, 20), (Health::Draining, 20), (Health::Stuck, 0)]
+        {
+            let (daemon, told) = (Double::new(health), AtomicU32::new(0));
+            let beating = beat(&daemon, Duration::from_secs(2), || {
+                told.fetch_add(1, Ordering::Relaxed);
+            });
+            let ended = tokio::time::timeout(Duration::from_millis(19_500), beating).await;
+            assert!(ended.is_err(), "it goes on");
+            assert_eq!(told.into_inner(), beats, "{health:?}");
+        }
     }
 }

@@ -1,11 +1,13 @@
 use std::fs;
+use std::io::ErrorKind::UnexpectedEof;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use serde_json::{Value, json};
-use tokio::io::{AsyncBufReadExt, AsyncWriteExt, BufReader};
+use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::UnixStream;
+use tokio::time::Instant;
 
 use super::*;
 use crate::operation::Health;
@@ -189,7 +191,7 @@ async fn over_the_socket_lines_are_answered_by_lines() {
     assert!(gone.starts_with(&format!("no daemon answers at {}: ", path.display())), "{gone}");
 }
 
-#[tokio::test]
+#[tokio::test(start_paused = true)]
 async fn a_line_that_is_too_long_is_the_last() {
     let folder = Folder::new("long");
     let (_, administration, token) = administration();
@@ -206,6 +208,52 @@ async fn a_line_that_is_too_long_is_the_last() {
     assert_eq!(line(&mut stream).await["error"], json!({"too_long": {"limit": ADMIN_LINE_MAX}}));
     let mut rest = String::new();
     assert_eq!(stream.read_line(&mut rest).await.unwrap(), 0, "{rest}");
+    // Nobody waits for the end of one that is too long already.
+    let mut stream = BufReader::new(UnixStream::connect(&path).await.unwrap());
+    stream.write_all(&[b' '; ADMIN_LINE_MAX + 2]).await.unwrap();
+    assert_eq!(line(&mut stream).await["error"], json!({"too_long": {"limit": ADMIN_LINE_MAX}}));
+    running.abort();
+}
+
+#[tokio::test(start_paused = true)]
+async fn who_says_nothing_at_the_socket_is_cut_off_and_holds_nobody_up_for_longer() {
+    let folder = Folder::new("silent");
+    let (_, administration, token) = administration();
+    let path = folder.0.join("admin.sock");
+    let running = tokio::spawn(AdminServer::bind(&path).unwrap().run(Arc::new(administration)));
+    let mut silent = Vec::new();
+    for _ in 0..ADMIN_CONNECTIONS_MAX {
+        let mut stream = UnixStream::connect(&path).await.unwrap();
+        stream.write_all(b"{\"token\": \"").await.unwrap();
+        silent.push(stream);
+    }
+    let begun = Instant::now();
+    let mut stream = BufReader::new(UnixStream::connect(&path).await.unwrap());
+    let request = json!({"token": token.to_string(), "do": "drain"});
+    stream.write_all(format!("{request}\n").as_bytes()).await.unwrap();
+    assert_eq!(line(&mut stream).await, json!({"ok": "done"}));
+    assert!(
+        (ADMIN_TIMEOUT..2 * ADMIN_TIMEOUT).contains(&begun.elapsed()),
+        "all places were taken, and not for long"
+    );
+    for mut stream in silent {
+        assert!(matches!(stream.read_u8().await.map_err(|error| error.kind()), Err(UnexpectedEof)));
+    }
+    running.abort();
+}
+
+#[tokio::test(start_paused = true)]
+async fn who_takes_no_answer_of_the_administration_is_cut_off() {
+    let folder = Folder::new("deaf");
+    let (_, administration, token) = administration();
+    let path = folder.0.join("admin.sock");
+    let running = tokio::spawn(AdminServer::bind(&path).unwrap().run(Arc::new(administration)));
+    let mut deaf = UnixStream::connect(&path).await.unwrap();
+    let request = format!("{}\n", json!({"token": token.to_string(), "do": "list"}));
+    let begun = Instant::now();
+    // Until both directions are full, and then until the server gives up.
+    while deaf.write_all(request.as_bytes()).await.is_ok() {}
+    assert!((ADMIN_TIMEOUT..2 * ADMIN_TIMEOUT).contains(&begun.elapsed()), "{:?}", begun.elapsed());
     running.abort();
 }
 
