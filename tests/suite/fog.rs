@@ -7,11 +7,12 @@ use maniple_game::{Files, Loaded, LoadedFile, Overrides, load};
 use maniple_geometry::Cycle;
 use maniple_protocol::{Encoding, ServerMessage, encode_server};
 use maniple_view::{
-    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, TerrainKnowledge,
-    UnitTypeId, View, Waypoint,
+    Command, DEVIATION_SKINS_MAX, Delta, Handle, Outcome, Refusal, Seat, Seen, Sequenced, Shot,
+    TerrainKnowledge, UnitTypeId, View, Waypoint,
 };
 
-use crate::matches::{Game, open, scouts, shipped, tiny};
+use crate::matches::{Game, Player, open, scouts, shipped, tiny};
+use crate::spectators::whole_games;
 
 #[test]
 fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
@@ -36,6 +37,36 @@ fn in_fog_a_seat_sees_exactly_what_is_in_sight_of_its_own() {
         }
     }
     assert!(seen_most > 4 && hidden_most > 4, "{seen_most} {hidden_most}");
+}
+
+#[test]
+fn a_seat_is_told_of_shots_of_those_alone_whom_it_saw_before() {
+    let (mut told, mut came) = (0, 0);
+    for (mut game, cycles) in whole_games() {
+        for _ in 0..cycles {
+            let before: Vec<View> = game.players.iter().map(|player| player.view.clone()).collect();
+            if !game.step() {
+                break;
+            }
+            let of_others = |player: &Player, seat: Seat| -> Vec<Handle> {
+                let is_other =
+                    |shot: &&Shot| player.view.object(shot.object).is_some_and(|it| it.owner != Some(seat));
+                player.delta.shots.iter().filter(is_other).map(|shot| shot.object).collect()
+            };
+            for (seat, (player, before)) in (0..).map(Seat).zip(game.players.iter().zip(&before)) {
+                for shooter in of_others(player, seat) {
+                    assert!(
+                        before.object(shooter).is_some(),
+                        "cycle {} {seat}: {shooter}",
+                        player.view.cycle()
+                    );
+                    told += 1;
+                }
+                came += player.delta.appeared.len();
+            }
+        }
+    }
+    assert!(told > 100 && came > 100, "{told} {came}");
 }
 
 #[test]

@@ -379,6 +379,20 @@ async fn the_client_mirrors_a_real_time_match_without_delay() {
     assert_eq!(arena.outcome().await.result, Some(result));
 }
 
+#[tokio::test(flavor = "multi_thread")]
+async fn before_there_is_something_to_see_a_pong_says_nothing_of_the_clock() {
+    let scenario = "rate = 20\nlength_seconds = 3600\nspectators = { views = 'all', delay_seconds = 60 }";
+    let arena = Arena::open(&loaded(scenario), ClockMode::Realtime);
+    let mut spectator = Spectator::watch(&arena.address, "suite", Vantage::Everything).await.unwrap();
+    let (mut player, _other) = (arena.client(0).await, arena.client(1).await);
+    for id in 0..3 {
+        player.next().await.unwrap();
+        spectator.ping(id).await.unwrap();
+        assert_eq!(spectator.next().await.unwrap(), Event::Pong { id, cycle: 0, fraction: 0.0 });
+    }
+    arena.shut_down().await;
+}
+
 #[test]
 fn the_command_watches_a_match_to_its_end() {
     let folder = folder("watch");
