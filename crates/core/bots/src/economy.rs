@@ -1,0 +1,6 @@
+//! Work: who gathers where.
+
+mod berths;
+mod miners;
+
+pub(crate) use miners::Miners;

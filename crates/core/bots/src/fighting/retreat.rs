@@ -1,0 +1,65 @@
+//! Stepping back while the weapon reloads.
+
+use glam::DVec2;
+use maniple_pathfinding::Ground;
+use maniple_view::Command;
+
+use super::aim::{can_hit, weapon};
+use crate::seeing::Item;
+
+/// With less than this part of its hit points a unit is hurt.
+const HURT: u32 = 3;
+
+/// How much farther than an enemy reaches a unit steps back, in world units.
+const SAFE: f64 = 1.0;
+
+/// How much shorter the range of an enemy has to be to be kept away from, in world units.
+const OUTRANGED: f64 = 0.5;
+
+/// Directions that are tried, from straight away from the enemies to across, as turns of it: cosine and sine of 0, 45 and 90 degrees.
+const TURNS: [(f64, f64); 5] = [(1.0, 0.0), (0.7, 0.7), (0.7, -0.7), (0.0, 1.0), (0.0, -1.0)];
+
+/// Returns the order to step back from enemies that reach a unit while it reloads until the cycle `ready`: where it is hurt, or its weapon
+/// reaches farther than theirs. `None` where it stays.
+pub(crate) fn step_back(
+    item: &Item<'_>,
+    enemies: &[Item<'_>],
+    ground: &Ground,
+    (now, ready): (u32, u32),
+) -> Option<Command> {
+    let range = weapon(item)?.range;
+    let is_hurt = is_hurt(item);
+    let mut away = DVec2::ZERO;
+    for enemy in enemies {
+        let Some(theirs) = weapon(enemy).filter(|weapon| can_hit(weapon, item)) else { continue };
+        let is_feared = is_hurt || theirs.range + OUTRANGED < range;
+        let reach = theirs.range + SAFE;
+        let distance = item.distance(enemy);
+        if is_feared && distance < reach {
+            let offset = item.center - enemy.center;
+            let length = offset.length();
+            if length > 0.0 {
+                away += offset * ((reach - distance) / length);
+            }
+        }
+    }
+    let length = away.length();
+    // Half of the time it goes there, the other half it comes back.
+    let step = item.kind.speed * f64::from(ready.saturating_sub(now + 1)) * 0.5;
+    if length == 0.0 || step < item.kind.speed {
+        return None;
+    }
+    let unit = away / length;
+    let goals = TURNS.iter().map(|&(cos, sin)| {
+        let turned = DVec2::new(unit.x * cos - unit.y * sin, unit.x * sin + unit.y * cos);
+        item.center + turned * step
+    });
+    let goal = goals.into_iter().find(|&goal| ground.is_clear(item.center, goal))?;
+    Some(Command::Move { object: item.object, x: goal.x, y: goal.y, s: None, queue: false, start: None })
+}
+
+/// Returns whether a unit has lost most of its hit points.
+pub(crate) fn is_hurt(item: &Item<'_>) -> bool {
+    let left = item.seen.status.hit_points;
+    left.zip(item.kind.hit_points).is_some_and(|(left, whole)| left * HURT < whole)
+}
