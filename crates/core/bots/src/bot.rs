@@ -9,12 +9,13 @@ use crate::focus::Focus;
 use crate::gather::Gather;
 use crate::idle::Idle;
 use crate::led::Led;
+use crate::r#macro::Macro;
 use crate::random::Random;
 use crate::rush::Rush;
 use crate::straight::Straight;
 
 /// The names of all bots, sorted.
-pub const NAMES: [&str; 11] = [
+pub const NAMES: [&str; 12] = [
     Tactic::Alone.name(),
     Tactic::Auto.name(),
     Commander::NAME,
@@ -22,6 +23,7 @@ pub const NAMES: [&str; 11] = [
     Tactic::Follow.name(),
     Gather::NAME,
     Idle::NAME,
+    Macro::NAME,
     Random::NAME,
     Tactic::Replan.name(),
     Rush::NAME,
@@ -74,6 +76,7 @@ pub fn make(name: &str, seed: u64) -> Result<Box<dyn Bot + Send>, UnknownBot> {
         Focus::NAME => Ok(Box::new(Focus::new(seed))),
         Gather::NAME => Ok(Box::new(Gather::new(seed))),
         Idle::NAME => Ok(Box::new(Idle)),
+        Macro::NAME => Ok(Box::new(Macro::new(seed))),
         Random::NAME => Ok(Box::new(Random::new(seed))),
         Rush::NAME => Ok(Box::new(Rush::new(seed))),
         Straight::NAME => Ok(Box::new(Straight::new(seed))),
@@ -98,7 +101,7 @@ mod tests {
         assert_eq!(
             error.as_deref(),
             Some(
-                "no bot is called \"strait\"; there are alone, auto, commander, focus, follow, gather, idle, random, replan, rush, straight"
+                "no bot is called \"strait\"; there are alone, auto, commander, focus, follow, gather, idle, macro, random, replan, rush, straight"
             )
         );
     }

@@ -59,6 +59,6 @@ impl Bot for Focus {
         let goal = Search::known(&scene, &self.post.memory, center)
             .unwrap_or_else(|| search.place(self.post.roads.size(), fighters.iter().map(|item| item.center)));
         let battle = Battle { cycle: view.cycle(), scene: &scene, friendly_fire: rules.friendly_fire };
-        self.force.fight(&mut self.post, battle, &fighters, goal.center)
+        self.force.fight(&mut self.post, battle, &fighters, (goal.center, None))
     }
 }

@@ -38,6 +38,11 @@ impl Orders {
         }
     }
 
+    /// Returns whether a unit was told last to go along a path.
+    pub(crate) fn has_path(&self, item: &Item<'_>) -> bool {
+        matches!(self.told(item), Some(Command::Path { .. }))
+    }
+
     /// Returns what a unit was told last; `None`: nothing yet.
     pub(crate) fn told(&self, item: &Item<'_>) -> Option<&Command> {
         self.told.get(&item.object)

@@ -68,9 +68,9 @@ impl Bot for Rush {
         let center = middle(fighters.iter().copied());
         let goal = Search::known(&scene, memory, center)
             .unwrap_or_else(|| search.place(roads.size(), fighters.iter().map(|item| item.center)));
-        let marching = self.advance.lead(roads, (view.cycle(), &scene), &fighters, goal.center);
+        let marching = self.advance.lead(roads, (view.cycle(), &scene), (&fighters, &free), goal.center);
         for command in marching {
-            let item = command.object().filter(|object| free.contains(object)).and_then(|it| scene.own(it));
+            let item = command.object().and_then(|object| scene.own(object));
             commands.extend(item.and_then(|item| orders.give(item, command)));
         }
         commands

@@ -70,6 +70,11 @@ impl Miners {
         commands
     }
 
+    /// Returns the ways of the workers, as their two ends.
+    pub(crate) fn lanes(&self) -> Vec<(DVec2, DVec2)> {
+        self.berths.values().map(|berth| (berth.place, berth.dock)).collect()
+    }
+
     /// Gives a berth to each worker that has none: the shortest to the one that is nearest.
     fn share_out(&mut self, ground: &Arc<Ground>, scene: &Scene<'_>, workers: &[&Item<'_>]) {
         let mut idle: Vec<&Item<'_>> =

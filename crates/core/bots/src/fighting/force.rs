@@ -24,6 +24,12 @@ const BOUND: f64 = 10.0;
 /// A force is together where so many of so many are near its middle.
 const TOGETHER: (usize, usize) = (3, 4);
 
+/// How many times as strong an enemy is from whom a force flees.
+const OUTMATCHED: f64 = 1.5;
+
+/// How many units a shot with a splash counts for.
+const SPLASH: f64 = 2.0;
+
 /// Cycles that a force waits to be together before it goes on as it is.
 const PATIENCE: u32 = 200;
 
@@ -57,20 +63,25 @@ struct Stage {
 }
 
 impl Force {
-    /// Returns the commands of a cycle for fighters that shall get to a goal and fight whoever they meet.
+    /// Returns the commands of a cycle for fighters that shall get to a goal and fight whoever they meet; where they are outmatched they
+    /// go to the fallback, if there is one.
     pub(crate) fn fight(
         &mut self,
         post: &mut Post,
         battle: Battle<'_, '_>,
         fighters: &[&Item<'_>],
-        goal: DVec2,
+        (goal, fallback): (DVec2, Option<DVec2>),
     ) -> Vec<Command> {
         let Battle { cycle, scene, .. } = battle;
         self.bored.retain(|object, _| scene.own(*object).is_some());
         let shooters: Vec<&Item<'_>> =
             fighters.iter().copied().filter(|item| is_ready(item, cycle) && is_direct(item)).collect();
         let targets = volley(&shooters, &scene.enemies);
-        let point = self.point(post, battle, fighters, goal);
+        let flight = fallback.filter(|_| is_outmatched(fighters, scene));
+        let point = match flight {
+            Some(fallback) => fallback,
+            None => self.point(post, battle, fighters, goal),
+        };
         let mut commands = Vec::new();
         let mut marchers = Vec::new();
         for &item in fighters {
@@ -80,13 +91,18 @@ impl Force {
                 Mode::Normal => {
                     if let Some(switch) = siege::deploy(item, &scene.enemies, CLOSING) {
                         Some(switch)
-                    } else if let Some(&target) = targets.get(&item.object) {
-                        Some(Command::Attack { object: item.object, target })
-                    } else if has_in_range(item, scene) {
-                        self.reload(post, battle, item)
-                    } else {
+                    } else if flight.is_some() && is_far(item, point) {
                         marchers.push(item.object);
                         None
+                    } else if let Some(&target) = targets.get(&item.object) {
+                        Some(Command::Attack { object: item.object, target })
+                    } else {
+                        let has = has_in_range(item, scene);
+                        let back = if has { reload(post, battle, item) } else { None };
+                        if back.is_none() && !steps_back(post, item) && !has {
+                            marchers.push(item.object);
+                        }
+                        back
                     }
                 }
             };
@@ -95,9 +111,8 @@ impl Force {
         let Post { roads, orders, .. } = post;
         let mobile: Vec<&Item<'_>> =
             fighters.iter().copied().filter(|item| item.seen.status.mode == Mode::Normal).collect();
-        for command in self.advance.lead(roads, (cycle, scene), &mobile, point) {
-            let item = command.object().filter(|it| marchers.binary_search(it).is_ok());
-            let item = item.and_then(|object| scene.own(object));
+        for command in self.advance.lead(roads, (cycle, scene), (&mobile, &marchers), point) {
+            let item = command.object().and_then(|object| scene.own(object));
             commands.extend(item.and_then(|item| orders.give(item, command)));
         }
         commands
@@ -142,17 +157,6 @@ impl Force {
         point
     }
 
-    /// Returns what a unit does that has somebody in range and reloads.
-    fn reload(&self, post: &mut Post, battle: Battle<'_, '_>, item: &Item<'_>) -> Option<Command> {
-        let ready = item.seen.own?.ready.0;
-        let is_back = matches!(post.orders.told(item), Some(Command::Move { .. }));
-        if is_back {
-            return None;
-        }
-        let ground = post.roads.ground(item.kind.shape.radius())?;
-        step_back(item, &battle.scene.enemies, &ground, (battle.cycle.0, ready))
-    }
-
     /// Fires from the other mode at where it hits most; goes back when there has been nobody in range for a while, and the force is
     /// elsewhere.
     fn besiege(&mut self, battle: Battle<'_, '_>, item: &Item<'_>, point: DVec2) -> Option<Command> {
@@ -176,6 +180,51 @@ impl Force {
             None => Some(Command::Stop { object }),
         }
     }
+}
+
+/// Returns whether the enemies near a force are so much stronger that it should not fight: by the damage a cycle of each side times its hit
+/// points (Lanchester, *Aircraft in Warfare*, 1916).
+fn is_outmatched(fighters: &[&Item<'_>], scene: &Scene<'_>) -> bool {
+    let meets = |enemy: &&Item<'_>| fighters.iter().any(|item| item.distance(enemy) < CONTACT);
+    let enemies = strength(scene.enemies.iter().filter(meets));
+    enemies > strength(fighters.iter().copied()) * OUTMATCHED
+}
+
+/// Returns the damage a cycle of all times the hit points of all.
+fn strength<'a, 'b>(items: impl Iterator<Item = &'b Item<'a>>) -> f64
+where
+    'a: 'b,
+{
+    let (mut damage, mut left) = (0.0, 0.0);
+    for item in items {
+        let weapon = weapon(item).or(item.kind.weapon.as_ref());
+        let Some(weapon) = weapon else { continue };
+        let splash = if weapon.splash.is_some() { SPLASH } else { 1.0 };
+        damage +=
+            splash * f64::from(weapon.damage_min.midpoint(weapon.damage_max)) / f64::from(weapon.cooldown);
+        left += f64::from(item.seen.status.hit_points.unwrap_or(0));
+    }
+    damage * left
+}
+
+/// Returns whether a unit has to go on to get to where all flee to.
+fn is_far(item: &Item<'_>, point: DVec2) -> bool {
+    item.center.distance(point) > BOUND * 0.5
+}
+
+/// Returns what a unit does that has somebody in range and reloads.
+fn reload(post: &mut Post, battle: Battle<'_, '_>, item: &Item<'_>) -> Option<Command> {
+    let ready = item.seen.own?.ready.0;
+    if steps_back(post, item) {
+        return None;
+    }
+    let ground = post.roads.ground(item.kind.shape.radius())?;
+    step_back(item, &battle.scene.enemies, &ground, (battle.cycle.0, ready))
+}
+
+/// Returns whether a unit is stepping back.
+fn steps_back(post: &Post, item: &Item<'_>) -> bool {
+    item.seen.base.is_moving() && matches!(post.orders.told(item), Some(Command::Move { .. }))
 }
 
 /// Returns whether a unit can fire in this cycle.

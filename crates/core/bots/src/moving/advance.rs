@@ -29,13 +29,14 @@ pub(crate) struct Advance {
 }
 
 impl Advance {
-    /// Leads units to places around a point; those in front of the list of types by the range of their weapon stand nearest to it. Goals
+    /// Leads units to places around a point; those in front of the list of types by the range of their weapon stand nearest to it; orders are for
+    /// those who are `free`, sorted. Goals
     /// are shared out anew when the point has moved, or others march than before.
     pub(crate) fn lead(
         &mut self,
         roads: &mut Roads,
         (cycle, scene): (Cycle, &Scene<'_>),
-        units: &[&Item<'_>],
+        (units, free): (&[&Item<'_>], &[Handle]),
         point: DVec2,
     ) -> Vec<Command> {
         let handles: Vec<Handle> = units.iter().map(|item| item.object).collect();
@@ -46,7 +47,8 @@ impl Advance {
             *self = Self { point, since: now, marches: Vec::new(), units: handles };
             self.share_out(roads, units);
         }
-        self.marches.iter_mut().flat_map(|march| march.advance(cycle, scene)).collect()
+        let is_free = |object| free.binary_search(&object).is_ok();
+        self.marches.iter_mut().flat_map(|march| march.advance(cycle, scene, &is_free)).collect()
     }
 
     /// Makes a march of the units of each type.

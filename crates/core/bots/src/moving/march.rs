@@ -9,6 +9,12 @@ use maniple_view::{Command, Handle, Layer};
 
 use crate::seeing::{Item, Scene};
 
+/// Cycles after an order in which the controller gives a unit no other one, at most.
+const GRACE: u32 = 5;
+
+/// Cycles for which a unit to which the controller knows no way is let be: to find that there is none is the dearest search.
+const LET_BE: u32 = 16;
+
 /// Units of one radius on their way to as many goals.
 #[derive(Clone, Debug)]
 pub(crate) struct March {
@@ -18,6 +24,10 @@ pub(crate) struct March {
     units: Vec<Handle>,
     /// Where each was seen last.
     seen: Vec<Seen>,
+    /// The cycle before which each is let be.
+    patience: Vec<u32>,
+    /// The cycle of the last order to each.
+    ordered: Vec<u32>,
 }
 
 impl March {
@@ -35,18 +45,32 @@ impl March {
             controller: Controller::new(tactic, goals, speed),
             units: items.iter().map(|item| item.object).collect(),
             seen: items.iter().map(|item| seen(item)).collect(),
+            patience: vec![0; items.len()],
+            ordered: vec![0; items.len()],
         }
     }
 
-    /// Returns the orders of a cycle.
+    /// Returns the orders of a cycle to those who are free to march.
     ///
-    /// Who is no more counts as being under way, so that it gets no orders and stands in nobody's way.
-    pub(crate) fn advance(&mut self, cycle: Cycle, scene: &Scene<'_>) -> Vec<Command> {
+    /// Who is not, or is no more, counts as being under way, so that no way is planned for it; the others go around it where it rests.
+    pub(crate) fn advance(
+        &mut self,
+        cycle: Cycle,
+        scene: &Scene<'_>,
+        is_free: impl Fn(Handle) -> bool,
+    ) -> Vec<Command> {
+        let units = self.units.iter().zip(&self.patience);
+        let is_let_be = |&(_, &patience): &(&Handle, &u32)| cycle.0 < patience;
+        let let_be: Vec<Handle> = units.filter(is_let_be).map(|(&object, _)| object).collect();
+        let is_free = |object: Handle| is_free(object) && let_be.binary_search(&object).is_err();
         for (&object, last) in self.units.iter().zip(&mut self.seen) {
-            *last = scene.own(object).map_or(Seen { is_moving: true, ..*last }, seen);
+            *last = match scene.own(object) {
+                Some(item) if is_free(object) => seen(item),
+                Some(_) | None => Seen { is_moving: true, ..*last },
+            };
         }
         let stands = |item: &&Item<'_>| {
-            let is_other = self.units.binary_search(&item.object).is_err();
+            let is_other = self.units.binary_search(&item.object).is_err() || !is_free(item.object);
             let is_round = item.kind.shape.rounding() > 0.0;
             is_round && is_other && item.kind.layer == Layer::Ground && !item.seen.base.is_moving()
         };
@@ -54,6 +78,15 @@ impl March {
         let others: Vec<Circle> = scene.all().filter(stands).map(circle).collect();
         let seen = maniple_pathfinding::Scene { cycle: cycle.0, units: &self.seen, others: &others };
         let orders = self.controller.advance(&self.ground, &seen);
+        for order in &orders {
+            self.ordered[order.unit] = cycle.0;
+        }
+        for unit in 0..self.units.len() {
+            let is_stuck = !self.seen[unit].is_moving && self.controller.progress(unit) == Progress::Waiting;
+            if is_stuck && cycle.0 > self.ordered[unit] + GRACE {
+                self.patience[unit] = cycle.0 + LET_BE;
+            }
+        }
         orders.into_iter().map(|order| command(self.units[order.unit], order)).collect()
     }
 
