@@ -20,6 +20,9 @@ const REACH: f64 = 1.0 / 16.0;
 /// Most cycles that a worker waits after it was stopped, so that two do not go on at once.
 const WAIT_MAX: u64 = 4;
 
+/// Cycles between two times at which berths are looked for: where there are more workers than places it is in vain.
+const LOOK_EVERY: u32 = 8;
+
 /// How often in a row a worker is stopped before it takes another berth.
 const STOPS_MAX: u32 = 12;
 
@@ -61,7 +64,9 @@ impl Miners {
             return Vec::new();
         };
         let Some(ground) = post.roads.ground(radius) else { return Vec::new() };
-        self.share_out(&ground, scene, workers);
+        if cycle.0.is_multiple_of(LOOK_EVERY) {
+            self.share_out(&ground, scene, workers);
+        }
         let mut commands = Vec::new();
         for &worker in workers {
             let command = self.next((post, &ground), cycle, scene, worker);

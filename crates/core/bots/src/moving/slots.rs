@@ -1,7 +1,7 @@
 //! Places for many around a point.
 
 use glam::DVec2;
-use maniple_pathfinding::{Field, Ground, Planner};
+use maniple_pathfinding::{Ground, Planner, length};
 
 use super::roads::Roads;
 
@@ -17,7 +17,7 @@ const RINGS_MAX: i32 = 24;
 /// How much longer than straight the way from the point to a place may be: others lie behind a wall.
 const WINDING_MAX: f64 = 1.5;
 
-/// Returns up to so many places around a point that can be reached from `from`, nearest first by the length of the way, as far
+/// Returns up to so many places around a point that can be reached from `from`, nearest first, as far
 /// apart as circles of the ground's radius need; none where nothing around the point has room.
 pub(crate) fn slots_around(
     roads: &Roads,
@@ -27,29 +27,20 @@ pub(crate) fn slots_around(
 ) -> Vec<DVec2> {
     let spacing = 2.0 * ground.radius() * (1.0 + SLOT_GAP);
     let Some(anchor) = reachable(roads, ground, (from, point), spacing) else { return Vec::new() };
-    let Ok(field) = Field::new(ground, anchor) else { return vec![anchor] };
     let mut rings = 1;
     while (2 * rings + 1) * (2 * rings + 1) < i32::try_from(count * LOOKED_AT).unwrap_or(i32::MAX) {
         rings += 1;
     }
-    let mut slots: Vec<(f64, DVec2)> = Vec::new();
-    for ring in 0..=rings {
-        for offset in ring_of(ring) {
-            let slot = anchor + offset * spacing;
-            if !ground.holds(slot) || roads.is_covered(slot) {
-                continue;
-            }
-            let straight = slot.distance(anchor);
-            let way =
-                if ground.is_clear(anchor, slot) { Some(straight) } else { field.distance(ground, slot) };
-            let way = way.filter(|&way| way <= straight * WINDING_MAX + spacing);
-            slots.extend(way.map(|way| (way, slot)));
-        }
-    }
-    slots.sort_by(|one, other| {
-        one.0.total_cmp(&other.0).then(one.1.y.total_cmp(&other.1.y)).then(one.1.x.total_cmp(&other.1.x))
-    });
-    slots.into_iter().take(count).map(|(_, slot)| slot).collect()
+    let mut offsets: Vec<DVec2> = (0..=rings).flat_map(ring_of).collect();
+    offsets.sort_by(|one, other| one.length_squared().total_cmp(&other.length_squared()));
+    let mut planner = Planner::new(ground);
+    let mut is_near = |slot: DVec2| {
+        let straight = slot.distance(anchor);
+        let is_at_hand = |legs: &[DVec2]| length(anchor, legs) <= straight * WINDING_MAX + spacing;
+        ground.is_clear(anchor, slot) || planner.path(anchor, slot).is_ok_and(is_at_hand)
+    };
+    let slots = offsets.into_iter().map(|offset| anchor + offset * spacing);
+    slots.filter(|&slot| ground.holds(slot) && !roads.is_covered(slot) && is_near(slot)).take(count).collect()
 }
 
 /// Returns the point nearest to `point` on a lattice around it that has room and can be reached from `from`.
