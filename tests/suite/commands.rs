@@ -101,7 +101,7 @@ fn what_cannot_be_meant_is_a_usage_error() {
     fails(&["serve", "--replay", "x"], 2);
     fails(&["bot", "straight", "--connect", "nowhere"], 2);
     let error = fails(&["match", "--bot", "strait"], 2);
-    assert!(error.contains("alone, auto, commander, follow, idle, random, replan, straight"), "{error}");
+    assert!(error.contains("alone, auto, commander, focus, follow, gather, idle, macro, random, replan, rush, straight"), "{error}");
     let error = fails(&["match", "--bot", "idle", "--bot", "idle", "--bot", "idle"], 2);
     assert!(error.contains("3 bots for 2 seats"), "{error}");
     let error = fails(&["--log", "a=b=c", "match"], 2);
@@ -118,7 +118,7 @@ fn an_unknown_bot_of_a_scenario_is_bad_input_with_file_and_seat() {
     let scenario = file(&folder, "bad.toml", &format!("{first}strait{second}"));
     let error = fails(&["match", &scenario, "--map", &map], 3);
     for named in
-        ["bad.toml", "seat 1", "strait", "alone, auto, commander, follow, idle, random, replan, straight"]
+        ["bad.toml", "seat 1", "strait", "alone, auto, commander, focus, follow, gather, idle, macro, random, replan, rush, straight"]
     {
         assert!(error.contains(named), "{error} does not name {named}");
     }

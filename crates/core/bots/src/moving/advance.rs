@@ -18,6 +18,9 @@ const DRIFT: f64 = 2.0;
 /// Cycles between two times at which all get other goals, at least: ways are not planned in each cycle.
 const STEADY: u32 = 8;
 
+/// Cycles for which a unit is let be to which no way is known: to find that there is none is the dearest search.
+const LET_BE: u32 = 16;
+
 /// The marches of several types to places around one point.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Advance {
@@ -26,12 +29,13 @@ pub(crate) struct Advance {
     marches: Vec<March>,
     /// Who marches, by handle.
     units: Vec<Handle>,
+    /// The cycle before which somebody is let be.
+    let_be: BTreeMap<Handle, u32>,
 }
 
 impl Advance {
-    /// Leads units to places around a point; those in front of the list of types by the range of their weapon stand nearest to it; orders are for
-    /// those who are `free`, sorted. Goals
-    /// are shared out anew when the point has moved, or others march than before.
+    /// Leads units, by handle, to places around a point, and returns the orders to those who are `free`. Whose weapon has the shortest
+    /// range goes nearest to it. Goals are shared out anew when the point has moved, or others march than before.
     pub(crate) fn lead(
         &mut self,
         roads: &mut Roads,
@@ -44,11 +48,19 @@ impl Advance {
         let is_other = handles.iter().any(|object| self.units.binary_search(object).is_err())
             || self.point.distance(point) > DRIFT;
         if self.units.is_empty() || (is_other && now >= self.since + STEADY) {
-            *self = Self { point, since: now, marches: Vec::new(), units: handles };
+            *self = Self { point, since: now, units: handles, ..Self::default() };
             self.share_out(roads, units);
         }
-        let is_free = |object| free.binary_search(&object).is_ok();
-        self.marches.iter_mut().flat_map(|march| march.advance(cycle, scene, &is_free)).collect()
+        self.let_be.retain(|_, &mut until| now < until);
+        let is_free = |object| free.binary_search(&object).is_ok() && !self.let_be.contains_key(&object);
+        let mut commands = Vec::new();
+        let mut stuck = Vec::new();
+        for march in &mut self.marches {
+            commands.extend(march.advance(cycle, scene, &is_free));
+            stuck.extend(march.stuck(cycle));
+        }
+        self.let_be.extend(stuck.into_iter().map(|object| (object, now + LET_BE)));
+        commands
     }
 
     /// Makes a march of the units of each type.
@@ -72,11 +84,6 @@ impl Advance {
             let goals = slots.by_ref().take(group.len()).collect();
             self.marches.push(March::new((Tactic::Replan, ground), &group, goals, kind.speed));
         }
-    }
-
-    /// Returns how many rest at a goal.
-    pub(crate) fn arrived(&self) -> usize {
-        self.marches.iter().map(March::arrived).sum()
     }
 }
 

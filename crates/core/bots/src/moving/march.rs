@@ -12,9 +12,6 @@ use crate::seeing::{Item, Scene};
 /// Cycles after an order in which the controller gives a unit no other one, at most.
 const GRACE: u32 = 5;
 
-/// Cycles for which a unit to which the controller knows no way is let be: to find that there is none is the dearest search.
-const LET_BE: u32 = 16;
-
 /// Units of one radius on their way to as many goals.
 #[derive(Clone, Debug)]
 pub(crate) struct March {
@@ -24,8 +21,6 @@ pub(crate) struct March {
     units: Vec<Handle>,
     /// Where each was seen last.
     seen: Vec<Seen>,
-    /// The cycle before which each is let be.
-    patience: Vec<u32>,
     /// The cycle of the last order to each.
     ordered: Vec<u32>,
 }
@@ -45,7 +40,6 @@ impl March {
             controller: Controller::new(tactic, goals, speed),
             units: items.iter().map(|item| item.object).collect(),
             seen: items.iter().map(|item| seen(item)).collect(),
-            patience: vec![0; items.len()],
             ordered: vec![0; items.len()],
         }
     }
@@ -59,10 +53,6 @@ impl March {
         scene: &Scene<'_>,
         is_free: impl Fn(Handle) -> bool,
     ) -> Vec<Command> {
-        let units = self.units.iter().zip(&self.patience);
-        let is_let_be = |&(_, &patience): &(&Handle, &u32)| cycle.0 < patience;
-        let let_be: Vec<Handle> = units.filter(is_let_be).map(|(&object, _)| object).collect();
-        let is_free = |object: Handle| is_free(object) && let_be.binary_search(&object).is_err();
         for (&object, last) in self.units.iter().zip(&mut self.seen) {
             *last = match scene.own(object) {
                 Some(item) if is_free(object) => seen(item),
@@ -81,18 +71,17 @@ impl March {
         for order in &orders {
             self.ordered[order.unit] = cycle.0;
         }
-        for unit in 0..self.units.len() {
-            let is_stuck = !self.seen[unit].is_moving && self.controller.progress(unit) == Progress::Waiting;
-            if is_stuck && cycle.0 > self.ordered[unit] + GRACE {
-                self.patience[unit] = cycle.0 + LET_BE;
-            }
-        }
         orders.into_iter().map(|order| command(self.units[order.unit], order)).collect()
     }
 
-    /// Returns how many rest at a goal, as of the last cycle.
-    pub(crate) fn arrived(&self) -> usize {
-        (0..self.units.len()).filter(|&unit| self.controller.progress(unit) == Progress::Arrived).count()
+    /// Returns those who were free in the last cycle and wait, although it is some time since their last order: the controller knows
+    /// no way for them.
+    pub(crate) fn stuck(&self, cycle: Cycle) -> impl Iterator<Item = Handle> {
+        let is_stuck = move |&unit: &usize| {
+            let waits = self.controller.progress(unit) == Progress::Waiting;
+            waits && !self.seen[unit].is_moving && cycle.0 > self.ordered[unit] + GRACE
+        };
+        (0..self.units.len()).filter(is_stuck).map(|unit| self.units[unit])
     }
 }
 
