@@ -50,7 +50,9 @@ fn macro_beats_commander_from_both_seats() {
 
 #[test]
 fn the_same_seed_gives_the_same_commands_and_nothing_is_said_twice() {
-    for (game, bots) in [("orts2", ["rush", "focus"]), ("orts3", ["macro", "macro"]), ("orts1", ["gather"; 2])] {
+    for (game, bots) in
+        [("orts2", ["rush", "focus"]), ("orts3", ["macro", "macro"]), ("orts1", ["gather"; 2])]
+    {
         let commands = opening(game, &bots);
         assert!(commands.len() > 20, "{game}: {}", commands.len());
         assert_eq!(commands, opening(game, &bots), "{game}");

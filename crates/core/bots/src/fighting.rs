@@ -4,6 +4,8 @@ mod aim;
 mod force;
 mod retreat;
 pub(crate) mod siege;
+#[cfg(test)]
+mod test_items;
 mod volley;
 
 pub(crate) use aim::{is_fighter, is_in_range, weapon};

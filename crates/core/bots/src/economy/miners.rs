@@ -156,7 +156,7 @@ impl Miners {
             self.berths.remove(&object);
             return None;
         }
-        let goes_on = stops.count % 4 == 0;
+        let goes_on = stops.count.is_multiple_of(4);
         let legs = around(ground, scene, worker, goal)
             .or_else(|| if goes_on { straight_on(ground, worker, goal) } else { None })?;
         let points = legs.iter().map(|leg| (leg.x, leg.y, None)).collect();

@@ -88,7 +88,7 @@ impl Town {
             Some(Command::Build { object: builder.object, unit_type, x: center.x, y: center.y })
         } else {
             let Some(ground) = post.roads.ground(radius) else { return Vec::new() };
-            self.go(&ground, post, (plans.view.cycle(), plans.scene), builder, &Block { center, half })
+            self.go((&ground, post), (plans.view.cycle(), plans.scene), builder, &Block { center, half })
         };
         command.and_then(|command| post.orders.give(builder, command)).into_iter().collect()
     }
@@ -96,8 +96,7 @@ impl Town {
     /// Sends a builder to the nearest side of a site that it can get to.
     fn go(
         &self,
-        ground: &Ground,
-        post: &Post,
+        (ground, post): (&Ground, &Post),
         (cycle, scene): (Cycle, &Scene<'_>),
         builder: &Item<'_>,
         site: &Block,

@@ -64,3 +64,42 @@ pub(crate) fn is_hurt(item: &Item<'_>) -> bool {
     let left = item.seen.status.hit_points;
     left.zip(item.kind.hit_points).is_some_and(|(left, whole)| left * HURT.1 < whole * HURT.0)
 }
+
+#[cfg(test)]
+mod tests {
+    use maniple_view::Terrain;
+
+    use super::super::test_items::{armed, item, resting};
+    use super::*;
+
+    #[test]
+    fn who_is_hurt_or_reaches_farther_steps_back_and_others_stay() {
+        let terrain =
+            Terrain { width: 20, height: 10, tiles: vec![".".repeat(20); 10], segments: Vec::new() };
+        let ground = Ground::new(&terrain.map().unwrap(), 0.5).unwrap();
+        // Own range and hit points, range of the enemy, cycles until the weapon is ready; where it goes.
+        let check = |(range, left): (f64, u32), theirs: f64, ready: u32, expected: Option<f64>| {
+            let (own, other) = (armed(range), armed(theirs));
+            let (seen, seen_other) = (resting(10.0, left), resting(14.0, 100));
+            let enemy = item(1, &seen_other, &other);
+            let command = step_back(&item(0, &seen, &own), &[enemy], &ground, (5, 5 + ready));
+            let x = command.map(|command| match command {
+                Command::Move { x, y, .. } => {
+                    assert!((y - 5.0).abs() < 1e-9);
+                    x
+                }
+                other => panic!("{other:?}"),
+            });
+            assert_eq!(x, expected, "{range} {left} {theirs} {ready}");
+        };
+        // Half of 8 cycles at a quarter of a world unit.
+        check((4.0, 59), 4.0, 9, Some(9.0));
+        check((4.0, 60), 4.0, 9, None);
+        check((5.0, 100), 4.0, 9, Some(9.0));
+        // From who reaches farther there is no getting away.
+        check((4.0, 10), 5.0, 9, None);
+        // There is no time, or the enemy does not reach so far.
+        check((4.0, 10), 4.0, 1, None);
+        check((4.0, 10), 1.0, 9, None);
+    }
+}
