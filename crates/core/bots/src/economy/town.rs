@@ -20,6 +20,9 @@ const SAME_MAX: usize = 5;
 /// Cycles after which a building that has no site yet is given up at its place.
 const PATIENCE: u32 = 240;
 
+/// Cycles from one attempt to build to the next: whoever stands in the way may go.
+const RETRY: u32 = 8;
+
 /// How near to the hull of a site its builder goes before it is told to build, in world units: from there it goes straight.
 const NEAR: f64 = 1.0;
 
@@ -31,6 +34,8 @@ struct Project {
     builder: Handle,
     /// The cycle in which it was thought of.
     since: u32,
+    /// The cycle before which its builder is not told again.
+    patience: u32,
 }
 
 /// The buildings of the seat, and what they train.
@@ -76,15 +81,19 @@ impl Town {
         if self.project.is_none() {
             self.project = self.plan(post, plans);
         }
-        let Some(Project { unit_type, center, builder, .. }) = self.project else { return Vec::new() };
+        let Some(Project { unit_type, center, builder, patience, .. }) = self.project else {
+            return Vec::new();
+        };
         let Some(builder) = plans.scene.own(builder) else { return Vec::new() };
-        if builder.has_task() {
+        let now = plans.view.cycle().0;
+        if builder.has_task() || now < patience {
             return Vec::new();
         }
         let half = kind(plans.rules, unit_type).shape.half();
         let near = nearest_point(&Block { center, half }, builder.center);
         let radius = builder.kind.shape.radius();
         let command = if near.distance(builder.center) < radius + NEAR {
+            self.project = self.project.map(|project| Project { patience: now + RETRY, ..project });
             Some(Command::Build { object: builder.object, unit_type, x: center.x, y: center.y })
         } else {
             let Some(ground) = post.roads.ground(radius) else { return Vec::new() };
@@ -148,7 +157,7 @@ impl Town {
         if let Some(site) = scene.own.iter().find(|item| item.seen.status.mode == Mode::Site) {
             let (unit_type, center) = (site.seen.unit_type, site.center);
             let builder = builder(scene, unit_type, center)?;
-            return Some(Project { unit_type, center, builder, since });
+            return Some(Project { unit_type, center, builder, since, patience: since });
         }
         let unit_type = wanted(plans).filter(|&it| kind(rules, it).making.cost <= view.stock())?;
         let home = scene.stores().next().or(scene.own.first())?.center;
@@ -157,7 +166,7 @@ impl Town {
         let sites = Sites { ground: &ground, scene, lanes, spoiled: &self.spoiled };
         let center = sites.nearest(kind(rules, unit_type), home)?;
         let builder = builder(scene, unit_type, center)?;
-        Some(Project { unit_type, center, builder, since })
+        Some(Project { unit_type, center, builder, since, patience: since })
     }
 }
 

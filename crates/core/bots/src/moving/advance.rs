@@ -56,7 +56,7 @@ impl Advance {
         let mut commands = Vec::new();
         let mut stuck = Vec::new();
         for march in &mut self.marches {
-            commands.extend(march.advance(cycle, scene, &is_free));
+            commands.extend(march.advance(cycle, scene, is_free));
             stuck.extend(march.stuck(cycle));
         }
         self.let_be.extend(stuck.into_iter().map(|object| (object, now + LET_BE)));
