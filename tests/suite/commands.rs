@@ -101,7 +101,12 @@ fn what_cannot_be_meant_is_a_usage_error() {
     fails(&["serve", "--replay", "x"], 2);
     fails(&["bot", "straight", "--connect", "nowhere"], 2);
     let error = fails(&["match", "--bot", "strait"], 2);
-    assert!(error.contains("alone, auto, commander, follow, idle, random, replan, straight"), "{error}");
+    assert!(
+        error.contains(
+            "alone, auto, commander, focus, follow, gather, idle, macro, random, replan, rush, straight"
+        ),
+        "{error}"
+    );
     let error = fails(&["match", "--bot", "idle", "--bot", "idle", "--bot", "idle"], 2);
     assert!(error.contains("3 bots for 2 seats"), "{error}");
     let error = fails(&["--log", "a=b=c", "match"], 2);
@@ -117,9 +122,12 @@ fn an_unknown_bot_of_a_scenario_is_bad_input_with_file_and_seat() {
     let (first, second) = scenario.rsplit_once("straight").expect("a bot");
     let scenario = file(&folder, "bad.toml", &format!("{first}strait{second}"));
     let error = fails(&["match", &scenario, "--map", &map], 3);
-    for named in
-        ["bad.toml", "seat 1", "strait", "alone, auto, commander, follow, idle, random, replan, straight"]
-    {
+    for named in [
+        "bad.toml",
+        "seat 1",
+        "strait",
+        "alone, auto, commander, focus, follow, gather, idle, macro, random, replan, rush, straight",
+    ] {
         assert!(error.contains(named), "{error} does not name {named}");
     }
     let error = fails(&["match", &scenario, "--map", &map, "--bot", "idle", "--bot", "straits"], 2);

@@ -6,6 +6,7 @@
 mod architecture;
 mod arena;
 mod bench;
+mod bots;
 mod clients;
 mod commands;
 mod configuration;

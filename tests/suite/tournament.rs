@@ -189,7 +189,7 @@ fn what_cannot_be_meant_of_many_matches_is_a_usage_error() {
     check(
         &["--count", "2", "--bot", "strait"],
         2,
-        "alone, auto, commander, follow, idle, random, replan, straight",
+        "alone, auto, commander, focus, follow, gather, idle, macro, random, replan, rush, straight",
     );
     check(&["--count", "2", "--csv", "/no/such/folder/x.csv"], 1, "/no/such/folder/x.csv");
     check(&["--count", "2", "--replays", "Cargo.toml/x"], 1, "Cargo.toml/x");

@@ -5,20 +5,28 @@ use maniple_view::{Command, Delta, Rules, Seat, Terrain, View};
 use thiserror::Error;
 
 use crate::commander::Commander;
+use crate::focus::Focus;
+use crate::gather::Gather;
 use crate::idle::Idle;
 use crate::led::Led;
+use crate::r#macro::Macro;
 use crate::random::Random;
+use crate::rush::Rush;
 use crate::straight::Straight;
 
 /// The names of all bots, sorted.
-pub const NAMES: [&str; 8] = [
+pub const NAMES: [&str; 12] = [
     Tactic::Alone.name(),
     Tactic::Auto.name(),
     Commander::NAME,
+    Focus::NAME,
     Tactic::Follow.name(),
+    Gather::NAME,
     Idle::NAME,
+    Macro::NAME,
     Random::NAME,
     Tactic::Replan.name(),
+    Rush::NAME,
     Straight::NAME,
 ];
 
@@ -65,8 +73,12 @@ pub struct UnknownBot {
 pub fn make(name: &str, seed: u64) -> Result<Box<dyn Bot + Send>, UnknownBot> {
     match name {
         Commander::NAME => Ok(Box::new(Commander::new(seed))),
+        Focus::NAME => Ok(Box::new(Focus::new(seed))),
+        Gather::NAME => Ok(Box::new(Gather::new(seed))),
         Idle::NAME => Ok(Box::new(Idle)),
+        Macro::NAME => Ok(Box::new(Macro::new(seed))),
         Random::NAME => Ok(Box::new(Random::new(seed))),
+        Rush::NAME => Ok(Box::new(Rush::new(seed))),
         Straight::NAME => Ok(Box::new(Straight::new(seed))),
         _ => match Tactic::parse(name) {
             Ok(tactic) => Ok(Box::new(Led::new(tactic))),
@@ -89,7 +101,7 @@ mod tests {
         assert_eq!(
             error.as_deref(),
             Some(
-                "no bot is called \"strait\"; there are alone, auto, commander, follow, idle, random, replan, straight"
+                "no bot is called \"strait\"; there are alone, auto, commander, focus, follow, gather, idle, macro, random, replan, rush, straight"
             )
         );
     }

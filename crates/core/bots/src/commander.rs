@@ -2,21 +2,16 @@
 
 mod army;
 mod ground;
-mod memory;
-mod scene;
-mod siege;
 mod town;
 mod trips;
 mod workers;
 
-use glam::DVec2;
 use maniple_view::{Command, Delta, Rules, Seat, Terrain, View};
 
 use crate::bot::Bot;
+use crate::seeing::{Block, Item, Memory, Scene, middle};
 use army::{Army, Situation};
 use ground::Ground;
-use memory::Memory;
-use scene::{Item, Scene};
 use town::Town;
 use trips::Trips;
 use workers::Workers;
@@ -76,7 +71,7 @@ impl Bot for Commander {
         self.ground.reveal(&delta.revealed);
         let stands = |item: &&Item<'_>| item.kind.speed == 0.0;
         let blocks = scene.all().filter(stands).map(Item::block);
-        let mut blocks: Vec<ground::Block> = blocks.chain(self.memory.blocks().copied()).collect();
+        let mut blocks: Vec<Block> = blocks.chain(self.memory.blocks().copied()).collect();
         blocks.sort_by(|one, other| {
             (one.center.y.total_cmp(&other.center.y)).then(one.center.x.total_cmp(&other.center.x))
         });
@@ -93,7 +88,7 @@ impl Bot for Commander {
         let town = &self.town;
         let is_taken = |object| town.takes(object);
         commands.extend(self.workers.work((&mut self.ground, &mut self.trips), view, &scene, is_taken));
-        let army = self.army.get_or_insert_with(|| Army::new(self.seed, middle(&scene), can_train));
+        let army = self.army.get_or_insert_with(|| Army::new(self.seed, middle(&scene.own), can_train));
         let mut situation = Situation {
             ground: &mut self.ground,
             trips: &mut self.trips,
@@ -105,10 +100,4 @@ impl Bot for Commander {
         commands.extend(army.fight(&mut situation));
         commands
     }
-}
-
-/// Returns the middle of all that the seat has.
-fn middle(scene: &Scene<'_>) -> DVec2 {
-    let sum = scene.own.iter().fold(DVec2::ZERO, |sum, item| sum + item.center);
-    if scene.own.is_empty() { sum } else { sum / scene.own.len() as f64 }
 }

@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-use maniple_view::{Command, Handle, Mode, Task, View, Weapon};
+use maniple_view::{Command, Handle, Mode, Task, View};
 
-use super::ground::{Block, Ground};
-use super::memory::Memory;
-use super::scene::{Item, Scene, nearest};
-use super::siege;
+use super::ground::Ground;
 use super::trips::{Step, Trips, path};
-use crate::keyed::{Purpose, fraction, keyed};
+use crate::fighting::{is_fighter, is_in_range, siege};
+use crate::keyed::{Purpose, keyed};
+use crate::seeing::{Block, Item, Memory, Scene, Search, middle, nearest};
 
 /// Fighters with which an army sets out first where more can be trained.
 const ARMY_MIN: usize = 8;
@@ -30,9 +29,6 @@ const ARMY_LEAST: usize = 4;
 /// Enemies as near to a building as this, in world units, are a threat.
 const THREAT: f64 = 16.0;
 
-/// How near to where nobody was found somebody has to come, in world units.
-const SEARCHED: f64 = 4.0;
-
 /// How far from home an army waits, as a part of the way to the middle of the map.
 const RALLY: f64 = 0.3;
 
@@ -40,15 +36,12 @@ const RALLY: f64 = 0.3;
 #[derive(Clone, Debug)]
 pub(super) struct Army {
     seed: u64,
-    /// Where the seat began.
-    home: DVec2,
+    search: Search,
     /// Whether more fighters can come.
     grows: bool,
     is_out: bool,
     /// With how many it sets out next.
     strength: usize,
-    /// How many places were searched in vain.
-    searches: u32,
     /// At whom each was told to fire.
     targets: BTreeMap<Handle, Handle>,
     /// Since when those in the other mode have had nobody in range.
@@ -71,11 +64,10 @@ impl Army {
     pub(super) fn new(seed: u64, home: DVec2, grows: bool) -> Self {
         Self {
             seed,
-            home,
+            search: Search::new(seed, home),
             grows,
             is_out: !grows,
             strength: ARMY_MIN + more(seed, 0),
-            searches: 0,
             targets: BTreeMap::new(),
             bored: BTreeMap::new(),
         }
@@ -97,7 +89,7 @@ impl Army {
         for item in fighters {
             match item.seen.status.mode {
                 Mode::Normal => {
-                    let command = (siege::deploy(item, &scene.enemies))
+                    let command = (siege::deploy(item, &scene.enemies, 0.0))
                         .or_else(|| self.engage(situation, item))
                         .or_else(|| self.advance(situation, item, &goal));
                     commands.extend(command);
@@ -129,40 +121,18 @@ impl Army {
         let is_threat = |enemy: &&Item<'_>| {
             scene.own.iter().any(|item| item.kind.is_building() && item.distance(enemy) < THREAT)
         };
-        let threat =
-            if self.grows { nearest(scene.enemies.iter().filter(is_threat), self.home) } else { None };
+        let home = self.search.home();
+        let threat = if self.grows { nearest(scene.enemies.iter().filter(is_threat), home) } else { None };
         if let Some(threat) = threat {
             return threat.block();
         }
-        let middle = situation.ground.size() * 0.5;
-        if !self.is_out {
-            return Block { center: self.home + (middle - self.home) * RALLY, half: DVec2::ZERO };
-        }
-        let sum = fighters.iter().fold(DVec2::ZERO, |sum, item| sum + item.center);
-        let center = sum / fighters.len() as f64;
-        if let Some(enemy) = nearest(scene.enemies.iter(), center) {
-            return enemy.block();
-        }
-        let distance = |block: &Block| block.center.distance_squared(center);
-        let known = situation.memory.blocks().min_by(|one, other| distance(one).total_cmp(&distance(other)));
-        if let Some(block) = known {
-            return *block;
-        }
-        let place = self.place_to_search(situation);
-        if fighters.iter().any(|item| item.center.distance(place) < SEARCHED) {
-            self.searches += 1;
-        }
-        Block { center: place, half: DVec2::ZERO }
-    }
-
-    /// Returns where to look next: first across the middle of the map from home, where the other one of two seats begins.
-    fn place_to_search(&self, situation: &Situation<'_, '_>) -> DVec2 {
         let size = situation.ground.size();
-        if self.searches == 0 {
-            return size - self.home;
+        if !self.is_out {
+            return Block { center: home + (size * 0.5 - home) * RALLY, half: DVec2::ZERO };
         }
-        let chance = |purpose| fraction(keyed(self.seed, 0, self.searches, purpose));
-        DVec2::new(chance(Purpose::GoalX), chance(Purpose::GoalY)) * size
+        let center = middle(fighters.iter().copied());
+        Search::known(scene, situation.memory, center)
+            .unwrap_or_else(|| self.search.place(size, fighters.iter().map(|item| item.center)))
     }
 
     /// Fires at the weakest enemy in range.
@@ -213,7 +183,7 @@ impl Army {
         let now = situation.view.cycle().0;
         let own = item.seen.own?;
         let weapon = item.kind.alternate.as_ref()?.weapon.as_ref()?;
-        let in_range = |enemy: &&Item<'_>| siege::reaches(item, enemy, weapon);
+        let in_range = |enemy: &&Item<'_>| siege::reaches(item, enemy, weapon, 0.0);
         let targets: Vec<&Item<'_>> = situation.scene.enemies.iter().filter(in_range).collect();
         if targets.is_empty() {
             let since = *self.bored.entry(object).or_insert(now);
@@ -223,11 +193,8 @@ impl Army {
         if own.ready.0 > now {
             return None;
         }
-        siege::best_point(&targets, situation, weapon).map(|point| Command::AttackAt {
-            object,
-            x: point.x,
-            y: point.y,
-        })
+        siege::best_point(&targets, situation.scene, weapon, situation.friendly_fire)
+            .map(|point| Command::AttackAt { object, x: point.x, y: point.y })
     }
 }
 
@@ -236,15 +203,6 @@ fn more(seed: u64, cycle: u32) -> usize {
     usize::try_from(keyed(seed, cycle, 0, Purpose::Strength) % ARMY_SPREAD).unwrap_or(0)
 }
 
-fn is_fighter(item: &Item<'_>) -> bool {
-    item.kind.weapon.is_some() && item.kind.harvest.is_none()
-}
-
 fn is_armed(item: &Item<'_>) -> bool {
     item.kind.weapon.is_some()
-}
-
-fn is_in_range(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon) -> bool {
-    let distance = item.distance(enemy);
-    weapon.range_min <= distance && distance <= weapon.range && weapon.targets.contains(&enemy.kind.layer)
 }

@@ -7,6 +7,8 @@ use std::sync::Arc;
 use glam::DVec2;
 use maniple_view::Terrain;
 
+use crate::seeing::Block;
+
 /// How far it looks along a way for the next point that it can go to straight, in tiles.
 const LOOK_AHEAD: usize = 12;
 
@@ -19,15 +21,6 @@ const DIAGONAL: u32 = 14;
 
 /// Most ways that are remembered.
 const WAYS_MAX: usize = 64;
-
-/// Something that stands on the ground and does not move.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Block {
-    /// World units.
-    pub(super) center: DVec2,
-    /// Half of its width and height, in world units.
-    pub(super) half: DVec2,
-}
 
 /// The tiles of the map, and what stands on them.
 #[derive(Clone, Debug, Default)]

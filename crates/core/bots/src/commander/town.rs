@@ -3,10 +3,10 @@
 use glam::DVec2;
 use maniple_view::{Command, Handle, Mode, Rules, UnitType, UnitTypeId, View};
 
-use super::ground::{Block, Ground};
-use super::scene::{Item, Scene, nearest};
+use super::ground::Ground;
 use super::trips::{Step, Trips, path};
 use crate::keyed::{Purpose, keyed};
+use crate::seeing::{Block, Item, Scene, nearest};
 
 /// Workers that are wanted where workers can be trained.
 const WORKERS_WANTED: usize = 14;

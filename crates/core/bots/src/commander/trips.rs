@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use maniple_view::{Command, Handle, View, Waypoint};
 
-use super::ground::{Block, Ground};
-use super::scene::Item;
+use super::ground::Ground;
 use crate::keyed::{Purpose, fraction, keyed};
+use crate::seeing::{Block, Item, nearest_point};
 
 /// Most cycles that a unit waits after it was stopped, so that not all go on at once.
 const WAIT_MAX: u64 = 4;
@@ -108,19 +108,4 @@ impl Trips {
 pub(super) fn path(object: Handle, points: &[DVec2]) -> Option<Command> {
     let points: Vec<Waypoint> = points.iter().take(WAYPOINTS).map(|point| (point.x, point.y, None)).collect();
     (!points.is_empty()).then_some(Command::Path { object, points, start: None })
-}
-
-/// Returns the point of a block that is nearest to a point.
-pub(super) fn nearest_point(block: &Block, point: DVec2) -> DVec2 {
-    let within = |value: f64, low: f64, high: f64| {
-        if value < low {
-            low
-        } else if value > high {
-            high
-        } else {
-            value
-        }
-    };
-    let (low, high) = (block.center - block.half, block.center + block.half);
-    DVec2::new(within(point.x, low.x, high.x), within(point.y, low.y, high.y))
 }

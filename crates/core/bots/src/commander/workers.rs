@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use maniple_view::{Command, Handle, View};
 
 use super::ground::Ground;
-use super::scene::{Item, Scene, nearest};
 use super::trips::{Step, Trips, path};
+use crate::seeing::{Item, Scene, nearest};
 
 /// How much farther away, in world units, a patch may be for each worker less that goes there.
 const CROWDING: f64 = 2.0;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use maniple_view::hull_distance;
 
-use super::ground::Block;
+use super::block::Block;
 use super::scene::{Item, Scene};
 
 /// How much nearer than its sight a place has to be to an own unit to be counted as seen, in world units.
@@ -13,14 +13,14 @@ const MARGIN: f64 = 0.25;
 
 /// What stands at places that may be out of sight.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Memory {
+pub(crate) struct Memory {
     /// By the bits of the centre: what stands does not move.
     places: BTreeMap<(u64, u64), Block>,
 }
 
 impl Memory {
     /// Takes in what is in sight, and forgets what is gone from where the seat looks.
-    pub(super) fn refresh(&mut self, scene: &Scene<'_>) {
+    pub(crate) fn refresh(&mut self, scene: &Scene<'_>) {
         let stands = |item: &&Item<'_>| item.kind.speed == 0.0 && item.kind.alternate.is_none();
         let seen: BTreeMap<(u64, u64), Block> =
             scene.enemies.iter().filter(stands).map(|item| (key(item.center), item.block())).collect();
@@ -36,7 +36,7 @@ impl Memory {
     }
 
     /// Returns all that is remembered.
-    pub(super) fn blocks(&self) -> impl Iterator<Item = &Block> {
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block> {
         self.places.values()
     }
 }

@@ -3,11 +3,11 @@
 use glam::DVec2;
 use maniple_view::{Command, Weapon};
 
-use super::army::Situation;
-use super::scene::Item;
+use super::aim::{alternate_weapon, can_hit};
+use crate::seeing::{Item, Scene};
 
 /// Cycles with nobody in range after which a unit goes back to its first mode.
-pub(super) const PATIENCE: u32 = 16;
+pub(crate) const PATIENCE: u32 = 16;
 
 /// How much farther than the least range of the second mode an enemy has to be, in world units: it comes nearer meanwhile.
 const MARGIN: f64 = 2.0;
@@ -15,10 +15,11 @@ const MARGIN: f64 = 2.0;
 /// Most points that are compared.
 const CANDIDATES_MAX: usize = 12;
 
-/// Returns the order to switch where the second mode reaches an enemy that the first does not, and none is too near for it.
-pub(super) fn deploy(item: &Item<'_>, enemies: &[Item<'_>]) -> Option<Command> {
+/// Returns the order to switch where the second mode reaches an enemy that the first does not, or will if it comes nearer by `closing`,
+/// in world units, and none is too near for it.
+pub(crate) fn deploy(item: &Item<'_>, enemies: &[Item<'_>], closing: f64) -> Option<Command> {
     let first = item.kind.weapon.as_ref()?;
-    let second = item.kind.alternate.as_ref()?.weapon.as_ref()?;
+    let second = alternate_weapon(item.kind)?;
     if second.range <= first.range {
         return None;
     }
@@ -28,38 +29,35 @@ pub(super) fn deploy(item: &Item<'_>, enemies: &[Item<'_>]) -> Option<Command> {
         if distance < second.range_min + MARGIN {
             return None;
         }
-        gains |= distance > first.range && reaches(item, enemy, second);
+        gains |= distance > first.range && reaches(item, enemy, second, closing);
     }
     gains.then_some(Command::Switch { object: item.object })
 }
 
-/// Returns whether a weapon reaches the centre of an enemy: it is fired at a point.
-pub(super) fn reaches(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon) -> bool {
+/// Returns whether a weapon that is fired at points reaches the centre of an enemy, or will if it comes nearer by `closing`, in world
+/// units.
+pub(crate) fn reaches(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon, closing: f64) -> bool {
     let distance = item.center.distance(enemy.center) - item.kind.shape.radius();
-    weapon.range_min <= distance && distance <= weapon.range && weapon.targets.contains(&enemy.kind.layer)
+    weapon.range_min <= distance && distance <= weapon.range + closing && can_hit(weapon, enemy)
 }
 
-/// Returns the point at which a weapon hits most enemies, and not more friends; `None` where there is none.
-pub(super) fn best_point(
+/// Returns the point at which a weapon hits most enemies, and not more friends where it hurts them, too; `None` where there is none.
+pub(crate) fn best_point(
     targets: &[&Item<'_>],
-    situation: &Situation<'_, '_>,
+    scene: &Scene<'_>,
     weapon: &Weapon,
+    friendly_fire: bool,
 ) -> Option<DVec2> {
     let radius = weapon.splash.map_or(0.0, |splash| splash.radius);
     let hit = |items: &[Item<'_>], point: DVec2| {
         let is_hit = |item: &&Item<'_>| {
-            item.center.distance(point) <= radius + item.kind.shape.radius()
-                && weapon.targets.contains(&item.kind.layer)
+            item.center.distance(point) <= radius + item.kind.shape.radius() && can_hit(weapon, item)
         };
         i64::try_from(items.iter().filter(is_hit).count()).unwrap_or(i64::MAX)
     };
     let gain = |point: DVec2| {
-        let friends = if situation.friendly_fire {
-            hit(&situation.scene.own, point) + hit(&situation.scene.allies, point)
-        } else {
-            0
-        };
-        hit(&situation.scene.enemies, point) - 2 * friends
+        let friends = if friendly_fire { hit(&scene.own, point) + hit(&scene.allies, point) } else { 0 };
+        hit(&scene.enemies, point) - 2 * friends
     };
     let stride = targets.len().div_ceil(CANDIDATES_MAX).max(1);
     let points = targets.iter().step_by(stride).map(|item| (gain(item.center), item.center));

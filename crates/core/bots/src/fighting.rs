@@ -1,0 +1,12 @@
+//! Fights: who is in range of whom, who fires at whom, and how a force goes to it.
+
+mod aim;
+mod force;
+mod retreat;
+pub(crate) mod siege;
+#[cfg(test)]
+mod test_items;
+mod volley;
+
+pub(crate) use aim::{is_fighter, is_in_range, weapon};
+pub(crate) use force::{Battle, Force};

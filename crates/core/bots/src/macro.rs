@@ -1,0 +1,161 @@
+//! The bot that plays the whole game.
+
+use std::collections::BTreeSet;
+
+use maniple_view::{Command, Delta, Handle, Rules, Seat, Terrain, View};
+
+use crate::bot::Bot;
+use crate::economy::{Miners, Plans, Town};
+use crate::fighting::{Battle, Force, is_fighter};
+use crate::moving::around;
+use crate::post::Post;
+use crate::seeing::{Item, Scene, Search, middle, nearest};
+
+/// Fighters with which a wave sets out where more can be trained.
+const WAVE: usize = 20;
+
+/// Fighters to which waves shrink before they come home.
+const WAVE_LEAST: usize = 5;
+
+/// Fighters from which on one of them looks for the enemy while the others wait.
+const SCOUTED_FROM: usize = 4;
+
+/// Enemies as near to a building as this, in world units, are a threat.
+const THREAT: f64 = 14.0;
+
+/// How far from home a force waits, as a part of the way to the middle of the map.
+const RALLY: f64 = 0.2;
+
+/// Gathers as `gather` does, builds what it takes to train the fighter that is worth most, looks for the enemy, and fights as `focus` does,
+/// as far as the scenario lets it.
+#[derive(Clone, Debug)]
+pub struct Macro {
+    seed: u64,
+    seat: Seat,
+    rules: Option<Rules>,
+    post: Post,
+    miners: Miners,
+    town: Town,
+    /// Those at home, and those who are out.
+    guard: Force,
+    wave: Force,
+    /// Who is out.
+    out: BTreeSet<Handle>,
+    /// From the first view on.
+    search: Option<Search>,
+}
+
+impl Macro {
+    pub(crate) const NAME: &str = "macro";
+
+    /// Returns the bot; it has to be started.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            seat: Seat(0),
+            rules: None,
+            post: Post::default(),
+            miners: Miners::new(seed),
+            town: Town::default(),
+            guard: Force::default(),
+            wave: Force::default(),
+            out: BTreeSet::new(),
+            search: None,
+        }
+    }
+}
+
+impl Bot for Macro {
+    fn name(&self) -> &'static str {
+        Self::NAME
+    }
+
+    fn on_start(&mut self, seat: Seat, rules: &Rules, _terrain: &Terrain) {
+        *self = Self { seat, rules: Some(rules.clone()), ..Self::new(self.seed) };
+    }
+
+    fn on_cycle(&mut self, view: &View, _delta: &Delta) -> Vec<Command> {
+        let Some(rules) = &self.rules else { return Vec::new() };
+        let Self { seed, seat, post, miners, town, guard, wave, out, search, .. } = self;
+        let scene = post.look(view, rules, *seat);
+        let search = search.get_or_insert_with(|| Search::new(*seed, middle(&scene.own)));
+        let grows = rules.unit_types.iter().any(|kind| !kind.trains.is_empty());
+        let mut commands = Vec::new();
+        if grows {
+            let lanes = miners.lanes();
+            let plans = Plans { view, rules, scene: &scene, lanes: &lanes };
+            commands.extend(town.grow(post, plans));
+        }
+        let threats = threats(&scene);
+        let militia = militia(&scene, &threats);
+        let serves = |item: &Item<'_>| militia.iter().any(|other| other.object == item.object);
+        let is_miner =
+            |item: &&Item<'_>| item.kind.harvest.is_some() && !town.takes(item.object) && !serves(item);
+        let workers: Vec<&Item<'_>> = scene.own.iter().filter(is_miner).collect();
+        commands.extend(miners.work(post, view.cycle(), &scene, &workers));
+
+        let fighters: Vec<&Item<'_>> = scene.own.iter().filter(|item| is_fighter(item)).collect();
+        out.retain(|&object| scene.own(object).is_some());
+        if grows && out.len() < WAVE_LEAST {
+            out.clear();
+        }
+        if !grows || fighters.len() >= out.len() + WAVE {
+            out.extend(fighters.iter().map(|item| item.object));
+        }
+        let (away, mut home): (Vec<&Item<'_>>, Vec<&Item<'_>>) =
+            fighters.into_iter().partition(|item| out.contains(&item.object));
+        let size = post.roads.size();
+        let rally = search.home() + (size * 0.5 - search.home()) * RALLY;
+        let battle = Battle { cycle: view.cycle(), scene: &scene, friendly_fire: rules.friendly_fire };
+        let known = Search::known(&scene, &post.memory, search.home());
+        if known.is_none() && away.is_empty() && home.len() >= SCOUTED_FROM {
+            commands.extend(look_around(post, &scene, home.remove(0), search));
+        }
+        if !away.is_empty() {
+            let known = Search::known(&scene, &post.memory, middle(away.iter().copied()));
+            let goal = known.unwrap_or_else(|| search.place(size, away.iter().map(|item| item.center)));
+            let fallback = grows.then_some(rally);
+            commands.extend(wave.fight(post, battle, &away, (goal.center, fallback)));
+        }
+        home.extend(militia);
+        home.sort_by_key(|item| item.object);
+        let goal = nearest(threats.iter().copied(), search.home()).map_or(rally, |threat| threat.center);
+        commands.extend(guard.fight(post, battle, &home, (goal, None)));
+        commands
+    }
+}
+
+/// Returns the armed enemies near the buildings of the seat.
+fn threats<'a, 'b>(scene: &'b Scene<'a>) -> Vec<&'b Item<'a>> {
+    let is_near = |enemy: &Item<'_>| {
+        scene.own.iter().any(|item| item.kind.is_building() && item.distance(enemy) < THREAT)
+    };
+    scene.enemies.iter().filter(|enemy| enemy.kind.weapon.is_some() && is_near(enemy)).collect()
+}
+
+/// Returns the workers that defend the buildings: all against who reaches no farther than they do, where fighters are fewer than
+/// those.
+fn militia<'a, 'b>(scene: &'b Scene<'a>, threats: &[&Item<'_>]) -> Vec<&'b Item<'a>> {
+    let range = |item: &Item<'_>| item.kind.weapon.as_ref().map_or(0.0, |weapon| weapon.range);
+    let fighters = scene.own.iter().filter(|item| is_fighter(item)).count();
+    let is_fit = |item: &&Item<'_>| {
+        item.kind.harvest.is_some()
+            && item.kind.weapon.is_some()
+            && threats.iter().all(|threat| range(threat) <= range(item))
+    };
+    if fighters >= threats.len() { Vec::new() } else { scene.own.iter().filter(is_fit).collect() }
+}
+
+/// Sends a scout to where the enemy might be.
+fn look_around(post: &mut Post, scene: &Scene<'_>, scout: &Item<'_>, search: &mut Search) -> Option<Command> {
+    let place = search.place(post.roads.size(), [scout.center]).center;
+    if scout.seen.base.is_moving() && post.orders.has_path(scout) {
+        return None;
+    }
+    let ground = post.roads.ground(scout.kind.shape.radius())?;
+    let goal = crate::moving::slots_around(&post.roads, &ground, (scout.center, place), 1).pop()?;
+    let legs = around(&ground, scene, scout, goal)?;
+    let points = legs.iter().map(|leg| (leg.x, leg.y, None)).collect();
+    post.orders.give(scout, Command::Path { object: scout.object, points, start: None })
+}
