@@ -409,8 +409,16 @@ pub(crate) fn tiny(tables: &str, rows: &str) -> Loaded {
 
 /// Returns a match of 160 cycles with so many scouts of each seat.
 pub(crate) fn scouts(tables: &str, rows: &str, counts: &[usize]) -> Loaded {
-    let seats =
-        counts.iter().map(|count| format!("[[seat]]\ngroups = [{{ unit = 'scout', count = {count} }}]\n"));
+    let groups: Vec<(&str, usize)> = counts.iter().map(|&count| ("scout", count)).collect();
+    scouts_and(tables, rows, &groups)
+}
+
+/// Returns a match of 160 cycles with so many units of one type of each seat: scouts, or what the tables have.
+pub(crate) fn scouts_and(tables: &str, rows: &str, groups: &[(&str, usize)]) -> Loaded {
+    let group = |(unit, count): &(&str, usize)| {
+        format!("[[seat]]\ngroups = [{{ unit = '{unit}', count = {count} }}]\n")
+    };
+    let seats = groups.iter().map(group);
     let scenario = format!(
         "name = 'tiny'\nmap = 'tiny.map'\nlength_seconds = 20\n{tables}\n[objective]\nkind = 'race'\nzone_size = 4\n\
          [unit.scout]\nradius = 0.25\nspeed = 4\nsight = 3\n{}",

@@ -83,12 +83,10 @@ mod tests {
             let (seen, seen_other) = (resting(10.0, left), resting(14.0, 100));
             let enemy = item(1, &seen_other, &other);
             let command = step_back(&item(0, &seen, &own), &[enemy], &ground, (5, 5 + ready));
-            let x = command.map(|command| match command {
-                Command::Move { x, y, .. } => {
-                    assert!((y - 5.0).abs() < 1e-9);
-                    x
-                }
-                other => panic!("{other:?}"),
+            let x = command.map(|command| {
+                let Command::Move { x, y, .. } = command else { panic!("{command:?}") };
+                assert!((y - 5.0).abs() < 1e-9);
+                x
             });
             assert_eq!(x, expected, "{range} {left} {theirs} {ready}");
         };
