@@ -6,7 +6,7 @@ use std::time::Duration;
 use serde::Serialize;
 
 /// The upper bounds of the buckets, in seconds: a cycle at 8 a second has 125 ms, and one that is 10 ms late is late.
-pub const TIMING_BOUNDS: [f64; 20] = [
+pub const TIMING_BOUNDS: [f64; 22] = [
     0.000_1,
     0.000_2,
     0.000_5,
@@ -14,8 +14,10 @@ pub const TIMING_BOUNDS: [f64; 20] = [
     0.001_5,
     0.002,
     0.003,
+    0.004,
     0.005,
-    0.007,
+    0.006,
+    0.008,
     0.01,
     0.015,
     0.02,
@@ -111,7 +113,7 @@ mod tests {
     #[test]
     fn a_duration_is_counted_in_the_first_bucket_that_holds_it() {
         let timings = Timings::default();
-        for (micros, bucket) in [(0, 0), (100, 0), (101, 1), (1_000_000, 17), (5_000_001, 19), (u64::MAX, 19)]
+        for (micros, bucket) in [(0, 0), (100, 0), (101, 1), (1_000_000, 19), (5_000_001, 21), (u64::MAX, 21)]
         {
             let before = timings.read().buckets[bucket].1;
             timings.record(Duration::from_micros(micros));
