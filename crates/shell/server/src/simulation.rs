@@ -180,6 +180,12 @@ impl Player for Simulation {
     }
 }
 
+/// Returns by which share of a period, `0.0..1.0`, the clock of a match starts later than it could: many matches begin at the same time, at
+/// the start of a round or of the daemon, and their cycles would then all be due at once. Numbers of matches are random.
+fn phase(id: Digest) -> f64 {
+    (id.0 >> 11) as f64 / (1u64 << 53) as f64
+}
+
 /// Returns the text that somebody panicked with.
 fn message_of(panic: &(dyn Any + Send)) -> String {
     let literal = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
@@ -336,10 +342,11 @@ impl Simulation {
             ClockMode::Lockstep => self.referee.poll_timeout(),
             ClockMode::Realtime if self.referee.is_ready() => {
                 let period = Duration::from_secs_f64(1.0 / self.referee.rate());
-                Some(self.pace.get_or_insert_with(|| Pace::new(period, now)).due())
+                let begin = now.saturating_add(period.mul_f64(phase(self.match_id)));
+                Some(self.pace.get_or_insert_with(|| Pace::new(period, begin)).due())
             }
             ClockMode::Realtime => {
-                // Once it goes on, the next cycle is due a whole period later, and nothing is to be made good.
+                // Once it goes on, the next cycle is due a period later or two, and nothing is to be made good.
                 self.pace = None;
                 None
             }

@@ -63,3 +63,11 @@ fn played(events: Receiver<Event>) -> Played {
         is_resumed: false,
     }
 }
+
+#[test]
+fn the_clocks_of_matches_start_anywhere_within_a_period() {
+    for (id, share) in [(0, 0.0), (1 << 63, 0.5), (1 << 62, 0.25)] {
+        assert_eq!(phase(Digest(id)), share);
+    }
+    assert!(phase(Digest(u64::MAX)) < 1.0);
+}
