@@ -1,5 +1,6 @@
 //! One match: its referee, its connections and its clock.
 
+mod event;
 #[cfg(test)]
 mod tests;
 mod watching;
@@ -7,13 +8,13 @@ mod watching;
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::Duration;
 
-use maniple_protocol::{Hello, Input, Refused, ServerMessage, Watch, Welcome};
+use maniple_protocol::{Hello, Input, Refused, ServerMessage, Welcome};
 use maniple_referee::{Paused, QUEUED_MAX, Referee, Stand};
 use maniple_view::{ClockMode, Digest, MatchResult, Seat, Vantage};
-use tokio::sync::{OwnedSemaphorePermit, oneshot};
+use tokio::sync::oneshot;
 use tokio::time::Instant;
 
 use crate::audience::{Audience, SPECTATORS_MAX};
@@ -24,9 +25,10 @@ use crate::metrics::{End, Metrics};
 use crate::occupancy::Occupancy;
 use crate::operation::Clock;
 use crate::pace::Pace;
-use crate::pool::{Player, Turn, Waker};
+use crate::pool::{Player, Turn};
 use crate::recording::{Recording, RecordingError};
 use crate::table::Table;
+pub(crate) use event::{Event, Mailbox};
 
 /// Events that are taken in before a cycle that is due: all that 64 players and all spectators may have in flight. Without
 /// a limit clients could hold up the cycle by talking on.
@@ -37,78 +39,6 @@ pub const RETURN_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// Cycles from one snapshot of a match that is kept to the next; a match that is taken up is played again from the last.
 pub const SNAPSHOT_CYCLES: u32 = 4096;
-
-/// What happens outside of the simulation.
-#[derive(Debug)]
-pub(crate) enum Event {
-    /// A connection has said who it is.
-    Hello {
-        /// The connection.
-        connection: ConnectionId,
-        /// Its hello.
-        hello: Hello,
-        /// The open seat that it wants, if it wants one.
-        wanted: Option<Seat>,
-        /// The way back.
-        link: Link,
-    },
-    /// A connection has said that it wants to watch.
-    Watch {
-        /// The connection.
-        connection: ConnectionId,
-        /// What it wants to watch.
-        watch: Watch,
-        /// The way back.
-        link: Link,
-    },
-    /// A connection said something after its first message.
-    Input {
-        /// The connection.
-        connection: ConnectionId,
-        /// What it said.
-        input: Input,
-        /// Held until it has been dealt with.
-        permit: OwnedSemaphorePermit,
-    },
-    /// A connection is closed.
-    Gone {
-        /// The connection.
-        connection: ConnectionId,
-    },
-    /// The match is to be broken off, because the server goes down.
-    Shutdown,
-    /// Whoever runs the server ends the match.
-    CallOff,
-    /// Whoever runs the server closes the connection at a seat.
-    PutOut(Seat),
-    /// Whoever runs the server halts the clock, or lets it go on.
-    Clock(Clock),
-}
-
-/// Where events of a match go.
-#[derive(Clone, Debug)]
-pub(crate) struct Mailbox {
-    events: Sender<Event>,
-    waker: Waker,
-}
-
-impl Mailbox {
-    /// Returns the mailbox of whom `waker` wakes, and its other end.
-    pub(crate) fn new(waker: Waker) -> (Self, Receiver<Event>) {
-        let (events, received) = channel();
-        (Self { events, waker }, received)
-    }
-
-    /// Hands an event to the match.
-    ///
-    /// # Errors
-    /// The event, if the match is over.
-    pub(crate) fn send(&self, event: Event) -> Result<(), Box<Event>> {
-        self.events.send(event).map_err(|error| Box::new(error.0))?;
-        self.waker.wake();
-        Ok(())
-    }
-}
 
 /// How a match came out; `None`: it was broken off.
 pub(crate) type Outcome = Result<Option<MatchResult>, RunError>;

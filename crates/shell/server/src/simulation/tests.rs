@@ -4,6 +4,7 @@ use maniple_game::{Files, LoadedFile, Overrides, load};
 
 use super::*;
 use crate::doors::{Access, Doors};
+use crate::pool::Waker;
 
 #[test]
 fn a_cycle_that_is_due_does_not_wait_for_who_talks_on() {
