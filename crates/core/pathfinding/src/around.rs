@@ -1,21 +1,18 @@
 //! Paths around circles and rectangles that stand in the way.
 
 use std::cmp::Reverse;
-use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BinaryHeap};
+use std::collections::BinaryHeap;
 
 use glam::DVec2;
-use maniple_geometry::{Scalar, Segment};
-use maniple_tilemap::Area;
+use maniple_geometry::Segment;
 
+use crate::crowd::{Crowd, Standing};
 use crate::error::PlanError;
 use crate::ground::Ground;
 use crate::jump::octile;
-use crate::lattice::{DIAGONAL, STRAIGHT};
+use crate::lattice::{DIAGONAL, Lattice, STRAIGHT};
 use crate::planner::{check_goal, check_start};
 use crate::pull::pull;
-use crate::tighten::Hit;
-use crate::walls::is_apart;
 
 /// No node.
 const NONE: u32 = u32::MAX;
@@ -23,195 +20,63 @@ const NONE: u32 = u32::MAX;
 /// The eight steps, in the order in which ties are decided.
 const STEPS: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
 
-/// Distance of the points at which it is looked who is near a line, in world units: half a tile.
-const LOOK: f64 = 0.5;
-
-/// Things at rest, by the tiles near which they are, as circles see them that are to keep clear.
-#[derive(Clone, Debug, Default)]
-pub struct Crowd {
-    tiles: BTreeMap<(i32, i32), Vec<Standing>>,
-}
-
-/// Something at rest, as the middle of a circle sees it that goes by.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Standing {
-    pub(crate) number: usize,
-    pub(crate) core: Core,
-    /// How far the middle keeps from the core, in world units.
-    pub(crate) reach: f64,
-}
-
-/// What a middle keeps its distance from: the middle of a circle, or a whole rectangle.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Core {
-    Middle(DVec2),
-    Rectangle(Area),
-}
-
-impl Crowd {
-    /// Returns nobody.
-    #[must_use]
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Takes in a circle with a number of its own; `reach` is how far the middles of others keep from its middle, in world units.
-    pub fn insert(&mut self, number: usize, center: DVec2, reach: f64) {
-        self.put(Standing { number, core: Core::Middle(center), reach });
-    }
-
-    /// Takes out a circle that was taken in like this.
-    pub fn remove(&mut self, number: usize, center: DVec2, reach: f64) {
-        self.take(&Standing { number, core: Core::Middle(center), reach });
-    }
-
-    /// Takes in something.
-    pub(crate) fn put(&mut self, standing: Standing) {
-        standing.each_tile(|tile| self.tiles.entry(tile).or_default().push(standing));
-    }
-
-    /// Takes out something that was taken in like this.
-    pub(crate) fn take(&mut self, standing: &Standing) {
-        standing.each_tile(|tile| {
-            if let Entry::Occupied(mut entry) = self.tiles.entry(tile) {
-                entry.get_mut().retain(|other| other.number != standing.number);
-                if entry.get().is_empty() {
-                    entry.remove();
-                }
-            }
-        });
-    }
-
-    /// Returns whether the middle of a circle is in a point without being too near to anything.
-    pub(crate) fn holds(&self, point: DVec2) -> bool {
-        self.near(point).iter().all(|standing| standing.distance(point) >= standing.reach)
-    }
-
-    fn near(&self, point: DVec2) -> &[Standing] {
-        self.tiles.get(&tile(point)).map_or(&[][..], Vec::as_slice)
-    }
-
-    /// Returns whether the middle of a circle can go straight from one point to another, but for those that it is too near to at
-    /// the start already: from them it has to move away.
-    #[must_use]
-    pub fn is_clear(&self, from: DVec2, to: DVec2) -> bool {
-        self.blocker(from, to).is_none()
-    }
-
-    /// Returns what is in the way from one point to another: the first that is found.
-    pub(crate) fn blocker(&self, from: DVec2, to: DVec2) -> Option<&Standing> {
-        let line: Segment = Segment::new(from, to);
-        let steps = (line.length() / LOOK).ceil();
-        let mut step = 0.0;
-        while step <= steps {
-            let point = if steps > 0.0 { from + (to - from) * (step / steps) } else { from };
-            let hit = self.near(point).iter().find(|standing| standing.is_hit_by(&line));
-            if hit.is_some() {
-                return hit;
-            }
-            step += 1.0;
-        }
-        None
-    }
-}
-
-impl Standing {
-    /// Returns whether a middle comes too near that goes along a line; if it is too near at its start already, whether it does not move
-    /// away.
-    fn is_hit_by(&self, line: &Segment) -> bool {
-        let away = line.start - self.nearest(line.start);
-        if away.length_squared() < self.reach * self.reach {
-            // Along the line the distance is convex: it is enough that it grows at the start. Within a rectangle there is none.
-            let is_inside = matches!(self.core, Core::Rectangle(area) if area.contains(line.start));
-            return is_inside || away.dot(line.direction()) < 0.0;
-        }
-        match self.core {
-            Core::Middle(center) => line.nearest(center).distance_squared(center) < self.reach * self.reach,
-            Core::Rectangle(area) => {
-                // A line that starts outside cannot be inside without crossing a side.
-                sides(area).iter().any(|side| !is_apart(line, side, self.reach))
-            }
-        }
-    }
-
-    /// Returns what a line meets that comes too near; `slack` is how much farther than necessary turns are placed, in world units.
-    pub(crate) fn hit(&self, line: &Segment, slack: f64) -> Hit {
-        match self.core {
-            Core::Middle(center) => Hit::Circle { center, room: self.reach + slack },
-            Core::Rectangle(area) => {
-                let sides = sides(area);
-                let hit = sides.iter().find(|side| !is_apart(line, side, self.reach));
-                // A line within the rectangle meets none.
-                Hit::Wall(*hit.unwrap_or(&sides[0]))
-            }
-        }
-    }
-
-    /// How far a point is from the core, in world units.
-    fn distance(&self, point: DVec2) -> f64 {
-        point.distance(self.nearest(point))
-    }
-
-    fn nearest(&self, point: DVec2) -> DVec2 {
-        match self.core {
-            Core::Middle(center) => center,
-            Core::Rectangle(area) => DVec2::new(
-                point.x.greater(area.min.x).lesser(area.max.x),
-                point.y.greater(area.min.y).lesser(area.max.y),
-            ),
-        }
-    }
-
-    fn each_tile(&self, mut each: impl FnMut((i32, i32))) {
-        let around = DVec2::splat(self.reach + LOOK);
-        let (low, high) = match self.core {
-            Core::Middle(center) => (center, center),
-            Core::Rectangle(area) => (area.min, area.max),
-        };
-        let (low, high) = (tile(low - around), tile(high + around));
-        for y in low.1..=high.1 {
-            for x in low.0..=high.0 {
-                each((x, y));
-            }
-        }
-    }
-}
-
-/// The sides of a rectangle.
-fn sides(area: Area) -> [Segment; 4] {
-    let corners =
-        [area.min, DVec2::new(area.max.x, area.min.y), area.max, DVec2::new(area.min.x, area.max.y)];
-    [0, 1, 2, 3].map(|side| Segment::new(corners[side], corners[(side + 1) % 4]))
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "a point of a map has a small tile")]
-fn tile(point: DVec2) -> (i32, i32) {
-    (point.x.floor() as i32, point.y.floor() as i32)
-}
-
 /// What a search knows of a node.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
+    /// The last search that has reached it from the start, with the cost of the way and the node before it.
     search: u32,
     cost: u32,
     before: u32,
+    /// The last search that has found a way from it to the goal.
+    leads: u32,
 }
 
 /// Finds paths around walls and things at rest; keeps its memory from one to the next.
 #[derive(Clone, Debug)]
 pub struct Detours<'a> {
     ground: &'a Ground,
+    memory: Memory,
+}
+
+/// What a search remembers of a lattice.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Memory {
+    /// How many searches there have been.
     number: u32,
     known: Vec<Known>,
-    queue: BinaryHeap<Reverse<(u32, u32, u32)>>,
+    /// The nodes that are to be expanded: by the cost of a whole way, then the rest of it, then the number of the node.
+    queue: BinaryHeap<Reverse<u128>>,
+    /// The nodes from which there is a way to the goal, and of which it is not known yet from where one comes there.
+    leading: Vec<u32>,
     expanded: usize,
+}
+
+/// What is known of the nodes from which there is a way to the goal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Back {
+    /// There may be more.
+    Open,
+    /// The start has a way to one of them.
+    Met,
+    /// These are all, and the start is none of them.
+    Closed,
 }
 
 impl<'a> Detours<'a> {
     /// Returns a planner for a ground.
     #[must_use]
     pub fn new(ground: &'a Ground) -> Self {
-        Self { ground, number: 0, known: Vec::new(), queue: BinaryHeap::new(), expanded: 0 }
+        Self::with_memory(ground, Memory::default())
+    }
+
+    /// Returns a planner for a ground that takes over the memory of another.
+    pub(crate) fn with_memory(ground: &'a Ground, memory: Memory) -> Self {
+        Self { ground, memory }
+    }
+
+    /// Returns its memory for another.
+    pub(crate) fn into_memory(self) -> Memory {
+        self.memory
     }
 
     /// Returns the goals of straight legs from one point to another that keep clear of walls and of a crowd: the shortest way
@@ -223,7 +88,7 @@ impl<'a> Detours<'a> {
     pub fn path(&mut self, crowd: &Crowd, from: DVec2, to: DVec2) -> Result<Option<Vec<DVec2>>, PlanError> {
         check_goal(self.ground, to)?;
         let departure = check_start(self.ground, from)?;
-        self.expanded = 0;
+        self.memory.expanded = 0;
         let is_clear = |from, to| self.ground.walls.is_clear(from, to) && crowd.is_clear(from, to);
         if departure != from && !crowd.is_clear(from, departure) {
             return Ok(None);
@@ -237,8 +102,8 @@ impl<'a> Detours<'a> {
             lattice.access(&self.ground.walls, to, &mut goals);
             starts.retain(|&node| crowd.is_clear(departure, lattice.point(node)));
             goals.retain(|&node| crowd.is_clear(lattice.point(node), to));
-            let Some(way) = self.search(crowd, (departure, &starts), &goals) else { return Ok(None) };
-            let lattice = &self.ground.lattice;
+            let steps = Steps { lattice, crowd };
+            let Some(way) = self.memory.search(steps, (departure, &starts), &goals) else { return Ok(None) };
             points.extend(way.iter().map(|&node| lattice.point(node)).filter(|&point| point != departure));
         }
         if points[points.len() - 1] != to {
@@ -253,22 +118,67 @@ impl<'a> Detours<'a> {
     /// Returns how many points of the lattice the last search looked at: the measure of its work.
     #[must_use]
     pub fn expanded(&self) -> usize {
-        self.expanded
+        self.memory.expanded
+    }
+}
+
+/// The steps of a lattice that a crowd leaves clear.
+#[derive(Clone, Copy)]
+struct Steps<'a> {
+    lattice: &'a Lattice,
+    crowd: &'a Crowd,
+}
+
+impl Steps<'_> {
+    /// Calls with each neighbour of a node to which walls leave a step, its place, and the cost of the step.
+    fn each(self, node: u32, mut each: impl FnMut(u32, (i32, i32), u32)) {
+        let place = self.lattice.place(node);
+        for (dx, dy) in STEPS {
+            let next = (place.0 + dx, place.1 + dy);
+            if self.lattice.is_diagonal_free(place, next) {
+                let other = self.lattice.node(next.0.cast_unsigned(), next.1.cast_unsigned());
+                each(other, next, if dx != 0 && dy != 0 { DIAGONAL } else { STRAIGHT });
+            }
+        }
     }
 
-    fn search(&mut self, crowd: &Crowd, (from, starts): (DVec2, &[u32]), goals: &[u32]) -> Option<Vec<u32>> {
-        let lattice = &self.ground.lattice;
+    /// Who stands near a node.
+    fn near(&self, node: u32) -> &[Standing] {
+        self.crowd.near(self.lattice.tile(self.lattice.place(node)))
+    }
+
+    /// Whether a crowd leaves a step clear: what [`Crowd::is_clear`] says. A step is not longer than a tile along both axes, so that
+    /// whoever is too near to it is listed with the tile of an end.
+    fn is_clear(&self, (from, near_from): (u32, &[Standing]), (to, near_to): (u32, &[Standing])) -> bool {
+        if near_from.is_empty() && near_to.is_empty() {
+            return true;
+        }
+        let line: Segment = Segment::new(self.lattice.point(from), self.lattice.point(to));
+        !near_from.iter().chain(near_to).any(|standing| standing.is_hit_by(&line))
+    }
+}
+
+impl Memory {
+    /// Looks for the shortest way from the start, and at the same time back from the goal, until both meet: whichever is closed in by a
+    /// crowd is often closed in narrowly.
+    fn search(
+        &mut self,
+        steps: Steps<'_>,
+        (from, starts): (DVec2, &[u32]),
+        goals: &[u32],
+    ) -> Option<Vec<u32>> {
+        let lattice = steps.lattice;
         self.known.resize(lattice.nodes(), Known::default());
         self.number += 1;
         self.queue.clear();
         let target = lattice.place(*goals.first()?);
         for &node in starts {
             let cost = lattice.cost_of(lattice.point(node).distance(from));
-            self.known[node as usize] = Known { search: self.number, cost, before: NONE };
-            let rest = octile(lattice.place(node), target);
-            self.queue.push(Reverse((cost + rest, rest, node)));
+            self.reach(node, (cost, NONE), octile(lattice.place(node), target));
         }
-        while let Some(Reverse((whole, rest, node))) = self.queue.pop() {
+        let mut back = self.begin_back(goals);
+        while let Some(Reverse(entry)) = self.queue.pop() {
+            let (whole, rest, node) = unpack(entry);
             let cost = self.known[node as usize].cost;
             if whole - rest != cost {
                 continue;
@@ -276,25 +186,67 @@ impl<'a> Detours<'a> {
             if goals.contains(&node) {
                 return Some(self.trace(node));
             }
+            if back == Back::Open {
+                back = self.go_back(steps);
+            }
+            if back == Back::Closed {
+                return None;
+            }
             self.expanded += 1;
-            let place = lattice.place(node);
-            for (dx, dy) in STEPS {
-                let next = (place.0 + dx, place.1 + dy);
-                if !lattice.is_diagonal_free(place, next) {
-                    continue;
-                }
-                let other = lattice.node(next.0.cast_unsigned(), next.1.cast_unsigned());
-                let cost = cost + if dx != 0 && dy != 0 { DIAGONAL } else { STRAIGHT };
+            let near = steps.near(node);
+            steps.each(node, |other, place, step| {
+                let cost = cost + step;
                 let known = self.known[other as usize];
                 let is_better = known.search != self.number || cost < known.cost;
-                if is_better && crowd.is_clear(lattice.point(node), lattice.point(other)) {
-                    self.known[other as usize] = Known { search: self.number, cost, before: node };
-                    let rest = octile(next, target);
-                    self.queue.push(Reverse((cost + rest, rest, other)));
+                if is_better && steps.is_clear((node, near), (other, steps.near(other))) {
+                    self.reach(other, (cost, node), octile(place, target));
+                    if known.leads == self.number {
+                        back = Back::Met;
+                    }
                 }
-            }
+            });
         }
         None
+    }
+
+    /// Notes a way from the start to a node, and the least cost of the rest.
+    fn reach(&mut self, node: u32, (cost, before): (u32, u32), rest: u32) {
+        let known = &mut self.known[node as usize];
+        (known.search, known.cost, known.before) = (self.number, cost, before);
+        self.queue.push(Reverse(pack(cost + rest, rest, node)));
+    }
+
+    /// Begins to look from where there is a way to the goal.
+    fn begin_back(&mut self, goals: &[u32]) -> Back {
+        self.leading.clear();
+        let mut back = Back::Open;
+        for &goal in goals {
+            back = self.lead(goal, back);
+        }
+        back
+    }
+
+    /// Looks at one node more from which there is a way to the goal.
+    fn go_back(&mut self, steps: Steps<'_>) -> Back {
+        let Some(node) = self.leading.pop() else { return Back::Closed };
+        self.expanded += 1;
+        let near = steps.near(node);
+        let mut back = Back::Open;
+        steps.each(node, |other, _, _| {
+            let is_new = self.known[other as usize].leads != self.number;
+            if is_new && steps.is_clear((other, steps.near(other)), (node, near)) {
+                back = self.lead(other, back);
+            }
+        });
+        back
+    }
+
+    /// Notes that there is a way from a node to the goal.
+    fn lead(&mut self, node: u32, back: Back) -> Back {
+        let known = &mut self.known[node as usize];
+        known.leads = self.number;
+        self.leading.push(node);
+        if known.search == self.number { Back::Met } else { back }
     }
 
     fn trace(&self, goal: u32) -> Vec<u32> {
@@ -306,5 +258,103 @@ impl<'a> Detours<'a> {
         }
         way.reverse();
         way
+    }
+}
+
+/// An entry of the queue as one number that is compared at once.
+fn pack(whole: u32, rest: u32, node: u32) -> u128 {
+    u128::from(whole) << 64 | u128::from(rest) << 32 | u128::from(node)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "each part has 32 bits")]
+fn unpack(entry: u128) -> (u32, u32, u32) {
+    ((entry >> 64) as u32, (entry >> 32) as u32, entry as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use maniple_tilemap::TileMap;
+
+    use super::*;
+    use crate::tests::{Dice, scattered, slanted};
+
+    const RADIUS: f64 = 0.35;
+
+    /// Lattices of whole tiles and of halves, with many who rest on them.
+    fn each_crowd(mut check: impl FnMut(&str, &TileMap, &Ground, &Crowd, &mut Dice)) {
+        for seed in 0..40 {
+            let mut dice = Dice(seed);
+            let side = 8 + u32::try_from(seed).unwrap() % 9;
+            let map = if seed % 3 == 0 { slanted(&mut dice, side) } else { scattered(&mut dice, side, 0.1) };
+            let ground = Ground::new(&map, RADIUS).unwrap();
+            let mut crowd = Crowd::new();
+            for number in 0..(side * side / 10) as usize {
+                crowd.insert(number, dice.point(&map), RADIUS + [0.2, 0.35, 1.3][number % 3]);
+            }
+            check(&format!("seed {seed}"), &map, &ground, &crowd, &mut dice);
+        }
+    }
+
+    /// The slow twin: the nodes to which steps lead from others, of which it is said whether they are clear.
+    fn flood(steps: Steps<'_>, from: &[u32], is_clear: impl Fn(DVec2, DVec2) -> bool) -> BTreeSet<u32> {
+        let (mut found, mut next): (BTreeSet<u32>, Vec<u32>) =
+            (from.iter().copied().collect(), from.to_vec());
+        while let Some(node) = next.pop() {
+            steps.each(node, |other, _, _| {
+                let is_open = is_clear(steps.lattice.point(node), steps.lattice.point(other));
+                if is_open && found.insert(other) {
+                    next.push(other);
+                }
+            });
+        }
+        found
+    }
+
+    #[test]
+    fn a_step_is_clear_if_and_only_if_the_straight_way_is() {
+        let (mut clear, mut blocked) = (0, 0);
+        each_crowd(|name, _, ground, crowd, _| {
+            let steps = Steps { lattice: &ground.lattice, crowd };
+            for node in (0..).take(ground.lattice.nodes()) {
+                steps.each(node, |other, _, _| {
+                    let is_clear = steps.is_clear((node, steps.near(node)), (other, steps.near(other)));
+                    let (from, to) = (ground.lattice.point(node), ground.lattice.point(other));
+                    assert_eq!(is_clear, crowd.is_clear(from, to), "{name}: {from} to {to}");
+                    *(if is_clear { &mut clear } else { &mut blocked }) += 1;
+                });
+            }
+        });
+        assert!(clear > 1000 && blocked > 1000, "{clear} {blocked}");
+    }
+
+    #[test]
+    fn there_is_a_way_if_and_only_if_a_flood_finds_one() {
+        let (mut open, mut closed) = (0, 0);
+        each_crowd(|name, map, ground, crowd, dice| {
+            let mut detours = Detours::new(ground);
+            for _ in 0..60 {
+                let (from, to) = (dice.place(map, ground), dice.place(map, ground));
+                let (lattice, walls) = (&ground.lattice, &ground.walls);
+                let (mut starts, mut goals) = (Vec::new(), Vec::new());
+                lattice.access(walls, from, &mut starts);
+                lattice.access(walls, to, &mut goals);
+                starts.retain(|&node| crowd.is_clear(from, lattice.point(node)));
+                goals.retain(|&node| crowd.is_clear(lattice.point(node), to));
+                let steps = Steps { lattice, crowd };
+                let found = flood(steps, &starts, |from, to| crowd.is_clear(from, to));
+                let leading = flood(steps, &goals, |to, from| crowd.is_clear(from, to));
+                let is_straight = walls.is_clear(from, to) && crowd.is_clear(from, to);
+                let is_open = is_straight || goals.iter().any(|goal| found.contains(goal));
+                let path = detours.path(crowd, from, to).unwrap();
+                assert_eq!(path.is_some(), is_open, "{name}: {from} to {to}");
+                *(if is_open { &mut open } else { &mut closed }) += 1;
+                // Where one end is closed in narrowly, it is not looked everywhere.
+                let least = found.len().min(leading.len());
+                assert!(is_open || detours.expanded() <= 2 * least + 1, "{name}: {from} to {to}");
+            }
+        });
+        assert!(open > 300 && closed > 300, "{open} {closed}");
     }
 }

@@ -91,6 +91,11 @@ impl Lattice {
         DVec2::new(f64::from(x), f64::from(y)) * self.pitch + self.offset
     }
 
+    /// Returns the tile in which a node is, by its column and row.
+    pub(crate) fn tile(&self, place: (i32, i32)) -> (i32, i32) {
+        if self.offset > 0.0 { place } else { (place.0 >> 1, place.1 >> 1) }
+    }
+
     /// Returns a length in world units as a cost, rounded down.
     #[expect(
         clippy::cast_possible_truncation,

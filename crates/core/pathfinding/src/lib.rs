@@ -7,6 +7,7 @@ mod around;
 mod bits;
 mod controller;
 mod corners;
+mod crowd;
 mod error;
 mod field;
 mod formation;
@@ -26,8 +27,9 @@ mod turns;
 mod walls;
 mod work;
 
-pub use around::{Crowd, Detours};
+pub use around::Detours;
 pub use controller::{Controller, Delivery, Order, Progress, Scene, Seen, StepError, Tactic, UnknownTactic};
+pub use crowd::Crowd;
 pub use error::{GroundError, ObstacleError, PlanError, Which};
 pub use field::Field;
 pub use formation::{Formation, FormationError};

@@ -6,7 +6,8 @@ use glam::DVec2;
 use maniple_geometry::{Circle, Segment};
 use maniple_tilemap::Area;
 
-use crate::around::{Core, Crowd, Detours, Standing};
+use crate::around::Detours;
+use crate::crowd::{Core, Crowd, Standing};
 use crate::error::{ObstacleError, PlanError};
 use crate::ground::Ground;
 use crate::tighten::{Hit, Tightening};

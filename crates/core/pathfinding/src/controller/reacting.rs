@@ -4,7 +4,8 @@ use glam::DVec2;
 
 use super::Progress;
 use super::scene::{GRACE, Order, Scene, is_there};
-use crate::around::{Crowd, Detours};
+use crate::around::Detours;
+use crate::crowd::Crowd;
 use crate::ground::{Ground, MARGIN};
 use crate::planner::Planner;
 use crate::release::by_distance;

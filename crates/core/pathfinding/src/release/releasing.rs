@@ -8,7 +8,8 @@ use super::order::{Care, Order};
 use super::schedule::{Group, Moving, Request, Schedule, Walk};
 use super::traffic::{Planned, Traffic};
 use super::trajectory::{Piece, Trajectory};
-use crate::around::{Crowd, Detours};
+use crate::around::{Detours, Memory};
+use crate::crowd::Crowd;
 use crate::ground::{Ground, MARGIN};
 use crate::planner::Planner;
 use crate::work::{PATH, Work};
@@ -39,6 +40,8 @@ pub struct Releasing {
     /// The best of the attempts that have ended.
     best: Option<Ended>,
     looks: u64,
+    /// What searches for ways around others remember between two parts.
+    memory: Memory,
 }
 
 /// The speed of all, who stays, and who is on its way.
@@ -81,7 +84,7 @@ impl Releasing {
         let Request { groups, speed, still, moving } = *request;
         let surroundings = Surroundings { speed, still: still.to_vec(), moving: moving.to_vec() };
         let (groups, attempt) = (groups.to_vec(), Attempt::new(0));
-        Self { groups, surroundings, reliance, attempt, best: None, looks: 0 }
+        Self { groups, surroundings, reliance, attempt, best: None, looks: 0, memory: Memory::default() }
     }
 
     /// Does so many looks more, and what it takes to end the last part; returns what came of the search, or `None` where it goes on,
@@ -110,11 +113,12 @@ impl Releasing {
     /// Goes on while work is left; returns the best attempt when all that are to be made have ended.
     pub(crate) fn go_on(&mut self, ground: &Ground, work: &mut Work) -> Option<Result<Ended, ReleaseError>> {
         let before = work.done();
-        let mut tools = Tools::new(ground);
+        let mut tools = Tools::new(ground, std::mem::take(&mut self.memory));
         let mut found = None;
         while found.is_none() && work.is_left() {
             found = self.step(&mut tools, work).transpose();
         }
+        self.memory = tools.detours.into_memory();
         self.looks += work.done() - before;
         found
     }
@@ -149,8 +153,8 @@ struct Tools<'a> {
 }
 
 impl<'a> Tools<'a> {
-    fn new(ground: &'a Ground) -> Self {
-        Self { ground, planner: Planner::new(ground), detours: Detours::new(ground) }
+    fn new(ground: &'a Ground, memory: Memory) -> Self {
+        Self { ground, planner: Planner::new(ground), detours: Detours::with_memory(ground, memory) }
     }
 
     /// How far the middles of two circles keep from each other.
