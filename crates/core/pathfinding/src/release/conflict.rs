@@ -14,25 +14,58 @@ pub(crate) struct Span {
     pub(crate) to: f64,
 }
 
+impl Span {
+    /// Joins two spans that have departures in common; `None` for others.
+    fn joined(self, other: Self) -> Option<Self> {
+        (self.from < other.to && other.from < self.to)
+            .then(|| Self { from: self.from.lesser(other.from), to: self.to.greater(other.to) })
+    }
+}
+
 /// Puts behind `spans` when one circle must not depart, counted from the departure of another, lest their centres come
-/// nearer than `reach` to each other. Spans may overlap. Returns how many pairs were looked at.
+/// nearer than `reach` to each other. Spans may overlap. Returns how many looks it took.
 pub(crate) fn forbid(one: &Trajectory, other: &Trajectory, reach: f64, spans: &mut Vec<Span>) -> u64 {
     let mut looks = 1;
     if one.whole().is_far(other.whole(), reach) {
         return looks;
     }
-    for a in one.pieces() {
-        if a.is_far(other.whole(), reach) {
+    let first = spans.len();
+    for (run, pieces) in one.runs() {
+        if run.is_far(other.whole(), reach) {
             continue;
         }
-        looks += other.pieces().len() as u64;
-        for b in other.pieces() {
-            if !a.is_far(b, reach) {
-                spans.extend(forbidden(a, b, reach));
+        for (other_run, other_pieces) in other.runs() {
+            looks += 1;
+            if run.is_far(other_run, reach) {
+                continue;
+            }
+            for a in pieces {
+                if a.bounds().is_far(other_run, reach) {
+                    continue;
+                }
+                looks += other_pieces.len() as u64;
+                for b in other_pieces {
+                    if !a.bounds().is_far(b.bounds(), reach) {
+                        add(forbidden(a, b, reach), first, spans);
+                    }
+                }
             }
         }
     }
     looks
+}
+
+/// Puts a span behind others, of which those from `first` on are of the same two circles. Neighbouring pieces forbid nearly the same
+/// departures, so that it often is the last one that grows.
+fn add(span: Option<Span>, first: usize, spans: &mut Vec<Span>) {
+    let Some(span) = span else { return };
+    if let Some(last) = spans[first..].last_mut()
+        && let Some(joined) = last.joined(span)
+    {
+        *last = joined;
+    } else {
+        spans.push(span);
+    }
 }
 
 /// Returns when `a` must not begin its trajectory, counted from the beginning of that of `b`; `None` where the two never

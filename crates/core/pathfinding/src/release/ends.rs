@@ -49,6 +49,8 @@ pub(crate) struct Ends {
     pub(crate) goals: Vec<Goal>,
     /// The goals of each stream, those that are to be taken first before the others.
     pub(crate) streams: Vec<Vec<usize>>,
+    /// The most lanes by which a group goes.
+    pub(crate) lanes_max: usize,
 }
 
 /// A group that is taken in circle by circle.
@@ -77,7 +79,7 @@ impl Adding {
         planner: &mut Planner<'_>,
         (number, group): (usize, &Group),
         fewer_lanes: usize,
-        ends: &Ends,
+        ends: &mut Ends,
     ) -> Result<Option<Self>, ReleaseError> {
         let (circles, goals) = (group.starts.len(), group.goals.len());
         if circles != goals {
@@ -95,6 +97,7 @@ impl Adding {
             Lanes::new(ground, group, path, 2.0 * ground.radius() + MARGIN).without(fewer_lanes)
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
+        ends.lanes_max = ends.lanes_max.max(trunk.lanes.count);
         Ok(Some(Self {
             number,
             trunk,

@@ -128,7 +128,7 @@ impl Releasing {
         let Some(ended) = attempt.step(tools, (groups, surroundings, *reliance), work)? else {
             return Ok(None);
         };
-        let fewer_lanes = attempt.fewer_lanes;
+        let (fewer_lanes, lanes_max) = (attempt.fewer_lanes, attempt.ends.lanes_max);
         let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
         let is_better = match &self.best {
             None => true,
@@ -137,7 +137,9 @@ impl Releasing {
         if is_better {
             self.best = Some(ended);
         }
-        if *reliance == Reliance::OnNobody || was_enough || fewer_lanes == FEWER_LANES_MAX {
+        // Where nobody has a lane to give up, the next attempt would be the same.
+        let is_last = was_enough || fewer_lanes == FEWER_LANES_MAX || lanes_max <= 1;
+        if *reliance == Reliance::OnNobody || is_last {
             return Ok(self.best.take());
         }
         *attempt = Attempt::new(fewer_lanes + 1);

@@ -3,6 +3,9 @@
 use glam::DVec2;
 use maniple_geometry::{Scalar, Segment};
 
+/// So many pieces one after the other are passed over at once where they are far away.
+const RUN: usize = 8;
+
 /// A straight part of a trajectory at constant speed, or at rest: at the time `t` the centre is at
 /// `point + velocity * (t - since)`.
 ///
@@ -19,21 +22,53 @@ pub(crate) struct Piece {
     pub(crate) since: f64,
     /// When it ends, in cycles.
     pub(crate) until: f64,
-    /// The corner of its bounding rectangle with the smallest coordinates.
+    bounds: Bounds,
+}
+
+/// A rectangle along the axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    /// The corner with the smallest coordinates.
     low: DVec2,
     /// The corner with the largest.
     high: DVec2,
 }
 
+impl Bounds {
+    /// Returns the smallest that holds two points.
+    fn new(one: DVec2, other: DVec2) -> Self {
+        let low = DVec2::new(one.x.lesser(other.x), one.y.lesser(other.y));
+        let high = DVec2::new(one.x.greater(other.x), one.y.greater(other.y));
+        Self { low, high }
+    }
+
+    /// Returns the smallest that holds those of some pieces, of which there is one at least.
+    fn of(pieces: &[Piece]) -> Self {
+        let join = |one: Self, other: Self| Self {
+            low: Self::new(one.low, other.low).low,
+            high: Self::new(one.high, other.high).high,
+        };
+        pieces.iter().map(|piece| piece.bounds).fold(pieces[0].bounds, join)
+    }
+
+    /// Whether two are farther apart than `reach` along an axis.
+    #[inline]
+    pub(crate) fn is_far(&self, other: &Self, reach: f64) -> bool {
+        self.low.x - other.high.x > reach
+            || other.low.x - self.high.x > reach
+            || self.low.y - other.high.y > reach
+            || other.low.y - self.high.y > reach
+    }
+}
+
 impl Piece {
     fn rest(point: DVec2, since: f64, until: f64) -> Self {
-        Self { point, end: point, velocity: DVec2::ZERO, since, until, low: point, high: point }
+        Self { point, end: point, velocity: DVec2::ZERO, since, until, bounds: Bounds::new(point, point) }
     }
 
     fn leg(from: DVec2, to: DVec2, since: f64, until: f64) -> Self {
-        let low = DVec2::new(from.x.lesser(to.x), from.y.lesser(to.y));
-        let high = DVec2::new(from.x.greater(to.x), from.y.greater(to.y));
-        Self { point: from, end: to, velocity: (to - from) / (until - since), since, until, low, high }
+        let velocity = (to - from) / (until - since);
+        Self { point: from, end: to, velocity, since, until, bounds: Bounds::new(from, to) }
     }
 
     pub(crate) fn is_moving(&self) -> bool {
@@ -59,13 +94,9 @@ impl Piece {
         line.nearest(point).distance_squared(point)
     }
 
-    /// Whether the bounding rectangles of two pieces are farther apart than `reach`.
-    #[inline]
-    pub(crate) fn is_far(&self, other: &Self, reach: f64) -> bool {
-        self.low.x - other.high.x > reach
-            || other.low.x - self.high.x > reach
-            || self.low.y - other.high.y > reach
-            || other.low.y - self.high.y > reach
+    /// The smallest rectangle that holds it.
+    pub(crate) fn bounds(&self) -> &Bounds {
+        &self.bounds
     }
 }
 
@@ -75,7 +106,9 @@ impl Piece {
 pub(crate) struct Trajectory {
     /// The rest, the legs, the other rest; for a circle that stays, one rest without ends.
     pieces: Vec<Piece>,
-    whole: Piece,
+    /// For each [`RUN`] pieces one after the other their bounds.
+    runs: Vec<Bounds>,
+    whole: Bounds,
 }
 
 impl Trajectory {
@@ -94,21 +127,30 @@ impl Trajectory {
             return Self::still(from);
         }
         pieces.push(Piece::rest(at, time, f64::INFINITY));
-        Self { whole: hull(&pieces), pieces }
+        Self::of(pieces)
     }
 
     /// Returns the trajectory of a circle that stays where it is.
     pub(crate) fn still(point: DVec2) -> Self {
-        let rest = Piece::rest(point, f64::NEG_INFINITY, f64::INFINITY);
-        Self { pieces: vec![rest], whole: rest }
+        Self::of(vec![Piece::rest(point, f64::NEG_INFINITY, f64::INFINITY)])
+    }
+
+    fn of(pieces: Vec<Piece>) -> Self {
+        let runs = pieces.chunks(RUN).map(Bounds::of).collect();
+        Self { whole: Bounds::of(&pieces), runs, pieces }
     }
 
     pub(crate) fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
 
-    /// A piece whose bounding rectangle is that of the whole trajectory.
-    pub(crate) fn whole(&self) -> &Piece {
+    /// The pieces in runs one after the other, each with a rectangle that holds it.
+    pub(crate) fn runs(&self) -> impl Iterator<Item = (&Bounds, &[Piece])> {
+        self.runs.iter().zip(self.pieces.chunks(RUN))
+    }
+
+    /// A rectangle that holds all pieces.
+    pub(crate) fn whole(&self) -> &Bounds {
         &self.whole
     }
 
@@ -133,20 +175,11 @@ impl Trajectory {
 
     /// Whether its legs come nearer than `reach` to a point.
     pub(crate) fn leads_over(&self, point: DVec2, reach: f64) -> bool {
-        let place = Piece::rest(point, 0.0, 0.0);
+        let place = Bounds::new(point, point);
         !self.whole.is_far(&place, reach)
             && self
                 .legs()
                 .iter()
-                .any(|leg| !leg.is_far(&place, reach) && leg.distance_squared(point) < reach * reach)
+                .any(|leg| !leg.bounds.is_far(&place, reach) && leg.distance_squared(point) < reach * reach)
     }
-}
-
-fn hull(pieces: &[Piece]) -> Piece {
-    let mut whole = pieces[0];
-    for piece in &pieces[1..] {
-        whole.low = DVec2::new(whole.low.x.lesser(piece.low.x), whole.low.y.lesser(piece.low.y));
-        whole.high = DVec2::new(whole.high.x.greater(piece.high.x), whole.high.y.greater(piece.high.y));
-    }
-    whole
 }
