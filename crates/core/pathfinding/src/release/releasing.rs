@@ -1,5 +1,7 @@
 //! The search for a schedule, part by part.
 
+use std::collections::BTreeSet;
+
 use maniple_geometry::{Circle, Scalar};
 
 use super::ends::{Adding, Ends};
@@ -191,6 +193,8 @@ struct Departures {
     makespan: f64,
     speed: f64,
     traffic: Traffic,
+    /// Starts and goals between which the way is never free any more: whoever is on the way stays a part of the traffic.
+    never: BTreeSet<(usize, usize)>,
     /// Who stays, who waits, and those who have arrived, as somebody sees them who goes when all others rest.
     crowd: Crowd,
     /// For how many of those who wait a way around the others has been looked for since the last departure.
@@ -278,7 +282,7 @@ impl Departures {
         }
         let walks = groups.iter().map(|group| vec![None; group.starts.len()]).collect();
         let speed = surroundings.speed;
-        Self { order, walks, makespan: 0.0, speed, traffic, crowd, detours_tried: 0 }
+        Self { order, walks, makespan: 0.0, speed, traffic, never: BTreeSet::new(), crowd, detours_tried: 0 }
     }
 
     /// Tries who goes next, or a way around all others for one of the first of those who wait; returns what came of all when nobody is
@@ -315,10 +319,7 @@ impl Departures {
             }
         }
         let Some((choice, _)) = next else { return Ok(None) };
-        let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
-        let legs = [&start.legs[..], &goal.legs].concat();
-        let trajectory = Trajectory::new(start.point, &legs, self.speed);
-        let mut departing = self.departing(tools, choice, trajectory, work);
+        let mut departing = self.by_own_way(tools, ends, choice, work);
         if departing.is_none() {
             departing = self.detour(tools, ends, choice.0, work)?;
         }
@@ -331,6 +332,27 @@ impl Departures {
 
     fn ended(&mut self, stuck: Option<ReleaseError>) -> Ended {
         Ended { walks: std::mem::take(&mut self.walks), makespan: self.makespan, stuck }
+    }
+
+    /// A departure for the way that was planned for a start and a goal.
+    fn by_own_way(
+        &mut self,
+        tools: &Tools<'_>,
+        ends: &Ends,
+        choice: (usize, usize),
+        work: &mut Work,
+    ) -> Option<Departing> {
+        if self.never.contains(&choice) {
+            return None;
+        }
+        let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
+        let legs = [&start.legs[..], &goal.legs].concat();
+        let trajectory = Trajectory::new(start.point, &legs, self.speed);
+        let departing = self.departing(tools, choice, trajectory, work);
+        if departing.is_none() {
+            self.never.insert(choice);
+        }
+        departing
     }
 
     fn departing(
