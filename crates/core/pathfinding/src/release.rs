@@ -14,6 +14,8 @@ mod lanes;
 mod order;
 mod releasing;
 mod schedule;
+mod streets;
+mod stretch;
 mod traffic;
 mod trajectory;
 mod trunk;

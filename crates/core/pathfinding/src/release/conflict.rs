@@ -3,7 +3,8 @@
 use glam::DVec2;
 use maniple_geometry::Scalar;
 
-use super::trajectory::{Piece, Trajectory};
+use super::stretch::Stretch;
+use super::trajectory::{Times, Trajectory};
 
 /// Departures between two moments, in cycles; the ends do not belong to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,92 +16,91 @@ pub(crate) struct Span {
 }
 
 impl Span {
+    /// No departure.
+    pub(crate) const NONE: Self = Self { from: f64::INFINITY, to: f64::NEG_INFINITY };
+
     /// Joins two spans that have departures in common; `None` for others.
-    fn joined(self, other: Self) -> Option<Self> {
+    #[inline]
+    pub(crate) fn joined(self, other: Self) -> Option<Self> {
         (self.from < other.to && other.from < self.to)
             .then(|| Self { from: self.from.lesser(other.from), to: self.to.greater(other.to) })
     }
 }
 
-/// Puts behind `spans` when one circle must not depart, counted from the departure of another, lest their centres come
-/// nearer than `reach` to each other. Spans may overlap. Returns how many looks it took.
-pub(crate) fn forbid(one: &Trajectory, other: &Trajectory, reach: f64, spans: &mut Vec<Span>) -> u64 {
+/// How much later than on one stretch a circle must not be on another, if it is not to come too near: between two delays, in cycles,
+/// counted from when the circles are at the beginning of their stretches. Neither depends on when they are there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Contact {
+    from: f64,
+    to: f64,
+}
+
+impl Contact {
+    /// Returns the contact of two stretches; `None` where they never come nearer than `reach`.
+    ///
+    /// With the time `s` in which one has gone, and `t` in which the other has, the centres are `f(s, t) = x + u s - w t` apart, where
+    /// `x` is the offset of the points at which the stretches begin, and `u`, `w` are the velocities. `|f| < reach` is an ellipse in
+    /// the plane of `s` and `t`, or a strip where `u` and `w` are parallel: convex, and so is its part within the rectangle of the
+    /// times that the stretches last. So the delays `t - s` that must not be are one span, from the smallest to the largest in that
+    /// part. These lie on the border of the rectangle, or where the ellipse touches a line of equal delay. Of a circle at rest, which is
+    /// in the first point all the time, `s` or `t` is zero.
+    pub(crate) fn of(one: &Stretch, other: &Stretch, reach: f64) -> Option<Self> {
+        let offset = one.point - other.point;
+        match (one.is_moving(), other.is_moving()) {
+            (false, false) => {
+                (offset.length_squared() < reach * reach).then_some(Self { from: 0.0, to: 0.0 })
+            }
+            (false, true) => near((offset, -other.velocity), reach, other.duration)
+                .map(|(first, last)| Self { from: first, to: last }),
+            (true, false) => near((offset, one.velocity), reach, one.duration)
+                .map(|(first, last)| Self { from: -last, to: -first }),
+            (true, true) => delays(offset, (one, other), reach),
+        }
+    }
+
+    /// Returns when the circle on the first stretch must not begin its trajectory, of which the times are counted, lest it comes too near
+    /// to the one on the other.
+    #[inline]
+    pub(crate) fn span(self, one: Times, other: Times) -> Span {
+        Span { from: other.first - one.last + self.from, to: other.last - one.first + self.to }
+    }
+}
+
+/// Puts behind `spans` when a circle must not begin a trajectory, lest its centre comes nearer than `reach` to that of another, which
+/// has a trajectory and a departure. Spans may overlap. Returns how many looks it took.
+pub(crate) fn forbid(
+    one: &Trajectory,
+    (other, departure): (&Trajectory, f64),
+    reach: f64,
+    spans: &mut Vec<Span>,
+) -> u64 {
     let mut looks = 1;
-    if one.whole().is_far(other.whole(), reach) {
+    if one.bounds().is_far(other.bounds(), reach) {
         return looks;
     }
-    let first = spans.len();
-    for (run, pieces) in one.runs() {
-        if run.is_far(other.whole(), reach) {
+    for a in one.pieces() {
+        if a.stretch.bounds.is_far(other.bounds(), reach) {
             continue;
         }
-        for (other_run, other_pieces) in other.runs() {
-            looks += 1;
-            if run.is_far(other_run, reach) {
-                continue;
-            }
-            for a in pieces {
-                if a.bounds().is_far(other_run, reach) {
-                    continue;
-                }
-                looks += other_pieces.len() as u64;
-                for b in other_pieces {
-                    if !a.bounds().is_far(b.bounds(), reach) {
-                        add(forbidden(a, b, reach), first, spans);
-                    }
-                }
+        looks += other.pieces().len() as u64;
+        for b in other.pieces() {
+            if !a.stretch.bounds.is_far(&b.stretch.bounds, reach) {
+                let contact = Contact::of(&a.stretch, &b.stretch, reach);
+                spans.extend(contact.map(|contact| contact.span(a.times, b.times.later(departure))));
             }
         }
     }
     looks
 }
 
-/// Puts a span behind others, of which those from `first` on are of the same two circles. Neighbouring pieces forbid nearly the same
-/// departures, so that it often is the last one that grows.
-fn add(span: Option<Span>, first: usize, spans: &mut Vec<Span>) {
-    let Some(span) = span else { return };
-    if let Some(last) = spans[first..].last_mut()
-        && let Some(joined) = last.joined(span)
-    {
-        *last = joined;
-    } else {
-        spans.push(span);
-    }
-}
-
-/// Returns when `a` must not begin its trajectory, counted from the beginning of that of `b`; `None` where the two never
-/// come nearer than `reach`.
-///
-/// With the time `s` in which `a` has gone, and `t` in which `b` has, the centres are `f(s, t) = x + u s - w t` apart, where
-/// `x` is the offset of the points at which the pieces begin, and `u`, `w` are the velocities. `|f| < reach` is an ellipse in
-/// the plane of `s` and `t`, or a strip where `u` and `w` are parallel: convex, and so is its part within the rectangle of the
-/// times that the pieces last. So the delay `t - s` of the departures that must not be is one span, from the smallest to the
-/// largest delay in that part. These lie on the border of the rectangle, or where the ellipse touches a line of equal delay.
-fn forbidden(a: &Piece, b: &Piece, reach: f64) -> Option<Span> {
-    let offset = a.point - b.point;
-    let between = b.since - a.since;
-    match (a.is_moving(), b.is_moving()) {
-        (false, false) => (offset.length_squared() < reach * reach)
-            .then_some(Span { from: b.since - a.until, to: b.until - a.since }),
-        (false, true) => near((offset, -b.velocity), reach, b.duration())
-            .map(|(first, last)| Span { from: b.since + first - a.until, to: b.since + last - a.since }),
-        (true, false) => near((offset, a.velocity), reach, a.duration())
-            .map(|(first, last)| Span { from: b.since - (a.since + last), to: b.until - (a.since + first) }),
-        (true, true) => {
-            let span = delays(offset, (a, b), reach)?;
-            Some(Span { from: between + span.from, to: between + span.to })
-        }
-    }
-}
-
-/// The delays `t - s` of [`forbidden`] for two pieces that move.
-fn delays(x: DVec2, (a, b): (&Piece, &Piece), reach: f64) -> Option<Span> {
-    let (u, w) = (a.velocity, b.velocity);
-    let (s_end, t_end) = (a.duration(), b.duration());
-    let mut span = Span { from: f64::INFINITY, to: f64::NEG_INFINITY };
+/// The delays of [`Contact::of`] for two stretches that are legs.
+fn delays(x: DVec2, (one, other): (&Stretch, &Stretch), reach: f64) -> Option<Contact> {
+    let (u, w) = (one.velocity, other.velocity);
+    let (s_end, t_end) = (one.duration, other.duration);
+    let mut contact = Contact { from: f64::INFINITY, to: f64::NEG_INFINITY };
     let mut take = |delay: f64| {
-        span.from = span.from.lesser(delay);
-        span.to = span.to.greater(delay);
+        contact.from = contact.from.lesser(delay);
+        contact.to = contact.to.greater(delay);
     };
     for s in [0.0, s_end] {
         if let Some((first, last)) = near((x + u * s, -w), reach, t_end) {
@@ -127,7 +127,7 @@ fn delays(x: DVec2, (a, b): (&Piece, &Piece), reach: f64) -> Option<Span> {
             }
         }
     }
-    (span.from < span.to).then_some(span)
+    (contact.from < contact.to).then_some(contact)
 }
 
 /// When a point that starts at an offset with a velocity is nearer than `reach` to the origin, as two times of `0.0..=end`;
@@ -149,6 +149,7 @@ fn near((x, v): (DVec2, DVec2), reach: f64, end: f64) -> Option<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::release::trajectory::Piece;
     use crate::tests::Dice;
 
     /// How often it is looked, in cycles; so long nobody comes nearer than by 0.15.
@@ -158,8 +159,10 @@ mod tests {
     fn nearest(one: &Trajectory, other: &Trajectory, delay: f64) -> f64 {
         let end = one.duration() + other.duration() + delay.abs() + 1.0;
         let at = |trajectory: &Trajectory, time: f64| {
-            let piece = trajectory.pieces().iter().find(|piece| time <= piece.until).unwrap();
-            if piece.is_moving() { piece.point + piece.velocity * (time - piece.since) } else { piece.point }
+            let is_meant = |piece: &&Piece| time <= piece.times.last + piece.stretch.duration;
+            let Piece { stretch, times } = trajectory.pieces().iter().find(is_meant).unwrap();
+            let gone = if stretch.is_moving() { time - times.first } else { 0.0 };
+            stretch.point + stretch.velocity * gone
         };
         let mut least = f64::INFINITY;
         let mut time = -end;
@@ -183,7 +186,7 @@ mod tests {
             };
             let (one, other) = (trajectory(), trajectory());
             let mut spans = Vec::new();
-            forbid(&one, &other, 0.7, &mut spans);
+            forbid(&one, (&other, 0.0), 0.7, &mut spans);
             for delay in (-40..40).map(f64::from) {
                 let is_forbidden = spans.iter().any(|span| span.from < delay && delay < span.to);
                 let least = nearest(&one, &other, delay);

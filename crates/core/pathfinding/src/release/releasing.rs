@@ -9,7 +9,7 @@ use super::error::ReleaseError;
 use super::order::{Care, Order};
 use super::schedule::{Group, Moving, Request, Schedule, Walk};
 use super::traffic::{Planned, Traffic};
-use super::trajectory::{Piece, Trajectory};
+use super::trajectory::Trajectory;
 use crate::around::{Detours, Memory};
 use crate::crowd::Crowd;
 use crate::ground::{Ground, MARGIN};
@@ -265,7 +265,7 @@ impl Departures {
         order: Order,
     ) -> Self {
         let radius = tools.ground.radius();
-        let mut traffic = Traffic::default();
+        let mut traffic = Traffic::new(radius, MARGIN);
         let mut crowd = Crowd::new();
         for (number, circle) in surroundings.still.iter().enumerate() {
             let trajectory = Trajectory::still(circle.center);
@@ -319,7 +319,7 @@ impl Departures {
             }
         }
         let Some((choice, _)) = next else { return Ok(None) };
-        let mut departing = self.by_own_way(tools, ends, choice, work);
+        let mut departing = self.by_own_way(ends, choice, work);
         if departing.is_none() {
             departing = self.detour(tools, ends, choice.0, work)?;
         }
@@ -335,20 +335,14 @@ impl Departures {
     }
 
     /// A departure for the way that was planned for a start and a goal.
-    fn by_own_way(
-        &mut self,
-        tools: &Tools<'_>,
-        ends: &Ends,
-        choice: (usize, usize),
-        work: &mut Work,
-    ) -> Option<Departing> {
+    fn by_own_way(&mut self, ends: &Ends, choice: (usize, usize), work: &mut Work) -> Option<Departing> {
         if self.never.contains(&choice) {
             return None;
         }
         let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
         let legs = [&start.legs[..], &goal.legs].concat();
         let trajectory = Trajectory::new(start.point, &legs, self.speed);
-        let departing = self.departing(tools, choice, trajectory, work);
+        let departing = self.departing(choice, trajectory, work);
         if departing.is_none() {
             self.never.insert(choice);
         }
@@ -357,13 +351,12 @@ impl Departures {
 
     fn departing(
         &mut self,
-        tools: &Tools<'_>,
         (start, goal): (usize, usize),
         trajectory: Trajectory,
         work: &mut Work,
     ) -> Option<Departing> {
         let before = self.traffic.looks;
-        let departure = self.traffic.earliest(&trajectory, tools.ground.radius() + MARGIN, 0.0);
+        let departure = self.traffic.earliest(&trajectory, 0.0);
         work.add(self.traffic.looks - before);
         departure.map(|departure| Departing { start, goal, departure, trajectory })
     }
@@ -386,7 +379,7 @@ impl Departures {
             work.add(PATH / 8 + tools.detours.expanded() as u64);
             let Some(legs) = legs else { continue };
             let trajectory = Trajectory::new(start.point, &legs, self.speed);
-            found = self.departing(tools, (number, goal), trajectory, work);
+            found = self.departing((number, goal), trajectory, work);
             if found.is_some() {
                 break;
             }
@@ -399,7 +392,7 @@ impl Departures {
         let Departing { start: number, goal: goal_number, departure, trajectory } = departing;
         let (start, goal) = (&ends.starts[number], &ends.goals[goal_number]);
         let arrival = departure + trajectory.duration();
-        let legs = trajectory.legs().iter().map(Piece::end).collect();
+        let legs = trajectory.legs().iter().map(|leg| leg.stretch.end).collect();
         self.walks[start.group][start.index] = Some(Walk { goal: goal.index, departure, arrival, legs });
         self.makespan = arrival.greater(self.makespan);
         let reach = tools.reach();

@@ -4,6 +4,7 @@ use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::conflict::{Span, forbid};
+use super::streets::Streets;
 use super::trajectory::Trajectory;
 
 /// How much longer at both ends a span is taken to be than it was computed, in cycles: 2^-26, about 1.5e-8. Spans of neighbouring
@@ -30,40 +31,77 @@ pub(crate) fn reach_from(start: DVec2, other: DVec2, reach: f64) -> f64 {
 }
 
 /// All circles whose plans stand.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Traffic {
+    /// The radius of those who ask, and how near to their middles the edges of others may come, in world units.
+    radius: f64,
+    gap: f64,
     planned: Vec<Planned>,
-    /// Memory of one question.
+    /// Where those go who have that radius.
+    streets: Streets,
+    /// Memory of one question: for each of those planned the last span in which it forbids a departure, if streets say so, and all
+    /// other spans.
+    last: Vec<Option<Span>>,
     spans: Vec<Span>,
-    /// How many pairs have been looked at.
+    /// How much it has looked up to now.
     pub(crate) looks: u64,
 }
 
 impl Traffic {
+    /// Returns nobody, as circles of a radius see it that keep a margin from others; both in world units.
+    pub(crate) fn new(radius: f64, margin: f64) -> Self {
+        let gap = radius + margin;
+        let streets = Streets::new(gap + radius);
+        Self { radius, gap, planned: Vec::new(), streets, last: Vec::new(), spans: Vec::new(), looks: 0 }
+    }
+
     pub(crate) fn push(&mut self, planned: Planned) {
+        if planned.radius == self.radius {
+            self.streets.take_in(self.planned.len(), &planned.trajectory, planned.departure);
+        }
         self.planned.push(planned);
     }
 
     /// Returns the earliest moment, not before `from`, at which a circle can depart without ever coming nearer to any other than
-    /// both radii, and the gap above it; `None` where there is none. `reach` is its radius and the gap.
-    pub(crate) fn earliest(&mut self, trajectory: &Trajectory, reach: f64, from: f64) -> Option<f64> {
-        self.spans.clear();
+    /// both radii and the margin; `None` where there is none.
+    pub(crate) fn earliest(&mut self, trajectory: &Trajectory, from: f64) -> Option<f64> {
+        let Self { streets, last, spans, .. } = self;
+        spans.clear();
+        last.clear();
         for other in &self.planned {
-            let first = self.spans.len();
-            let reach = reach_from(trajectory.start(), other.trajectory.start(), reach + other.radius);
-            self.looks += forbid(trajectory, &other.trajectory, reach, &mut self.spans);
-            let mut kept = first;
-            for index in first..self.spans.len() {
-                let span = self.spans[index];
-                let span =
-                    Span { from: span.from + other.departure - SLIT, to: span.to + other.departure + SLIT };
-                if span.to > from {
-                    self.spans[kept] = span;
-                    kept += 1;
-                }
+            let usual = self.gap + other.radius;
+            let reach = reach_from(trajectory.start(), other.trajectory.start(), usual);
+            if other.radius == self.radius && reach == usual {
+                last.push(Some(Span::NONE));
+            } else {
+                // Of another radius, or too near to it from the start.
+                self.looks += forbid(trajectory, (&other.trajectory, other.departure), reach, spans);
+                last.push(None);
             }
-            self.spans.truncate(kept);
         }
+        for piece in trajectory.pieces() {
+            self.looks += streets.meet(&piece.stretch, |other, contact| {
+                let Some(last) = &mut last[other.circle] else { return };
+                let span = contact.span(piece.times, other.times);
+                // Neighbouring stretches forbid nearly the same departures.
+                if let Some(joined) = last.joined(span) {
+                    *last = joined;
+                } else {
+                    spans.push(std::mem::replace(last, span));
+                }
+            });
+        }
+        spans.extend(last.iter().flatten());
+        self.first_in_none(from)
+    }
+
+    /// The first moment from one on that is in no span.
+    fn first_in_none(&mut self, from: f64) -> Option<f64> {
+        let widened = |span: &mut Span| {
+            *span = Span { from: span.from - SLIT, to: span.to + SLIT };
+            span.to > from
+        };
+        self.spans.retain_mut(widened);
         self.spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
         let mut departure = from;
         for span in &self.spans {
@@ -73,5 +111,59 @@ impl Traffic {
             departure = departure.greater(span.to);
         }
         departure.is_finite().then_some(departure)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::Dice;
+
+    const RADIUS: f64 = 0.35;
+    const MARGIN: f64 = 0.001;
+
+    /// The slow twin: pair by pair, and piece by piece.
+    fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory, from: f64) -> Option<f64> {
+        let mut one_by_one = Traffic::new(traffic.radius, MARGIN);
+        for other in &traffic.planned {
+            let usual = traffic.gap + other.radius;
+            let reach = reach_from(trajectory.start(), other.trajectory.start(), usual);
+            forbid(trajectory, (&other.trajectory, other.departure), reach, &mut one_by_one.spans);
+        }
+        one_by_one.first_in_none(from)
+    }
+
+    #[test]
+    fn the_earliest_departure_is_that_of_all_pairs() {
+        let (mut later, mut never) = (0, 0);
+        for seed in 0..60 {
+            let mut dice = Dice(seed);
+            let point = |dice: &mut Dice| DVec2::new(dice.share(), dice.share()) * 12.0;
+            // All go by some of these points, one after the other, so that they share legs.
+            let trunk: Vec<DVec2> = (0..6).map(|_| point(&mut dice)).collect();
+            let trajectory = |dice: &mut Dice| {
+                let part = |share: f64| (0..=6).filter(|&index| f64::from(index) < 6.0 * share).count();
+                let (first, last) = (part(0.5 * dice.share()), part(0.5 + 0.5 * dice.share()));
+                let legs = [&trunk[first.min(last)..last.min(6)], &[point(dice)]].concat();
+                match dice.roll() % 8 {
+                    0 => Trajectory::still(point(dice)),
+                    1 => Trajectory::new(point(dice), &legs, 0.3),
+                    _ => Trajectory::new(point(dice), &legs, 0.2),
+                }
+            };
+            let mut traffic = Traffic::new(RADIUS, MARGIN);
+            for circle in 0..20 {
+                let asked = trajectory(&mut dice);
+                let found = traffic.earliest(&asked, 0.0);
+                let expected = earliest_by_pairs(&traffic, &asked, 0.0);
+                assert_eq!(found, expected, "seed {seed}, circle {circle}");
+                later += usize::from(found.is_some_and(|departure| departure > 0.0));
+                never += usize::from(found.is_none());
+                let radius = if dice.share() < 0.9 { RADIUS } else { 0.6 };
+                let (trajectory, departure) = (trajectory(&mut dice), found.unwrap_or(40.0 * dice.share()));
+                traffic.push(Planned { trajectory, departure, radius });
+            }
+        }
+        assert!(later > 100 && never > 100, "{later} {never}");
     }
 }

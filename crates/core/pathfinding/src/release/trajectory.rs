@@ -1,102 +1,34 @@
 //! A way with its times.
 
 use glam::DVec2;
-use maniple_geometry::{Scalar, Segment};
 
-/// So many pieces one after the other are passed over at once where they are far away.
-const RUN: usize = 8;
+use super::stretch::{Bounds, Stretch};
 
-/// A straight part of a trajectory at constant speed, or at rest: at the time `t` the centre is at
-/// `point + velocity * (t - since)`.
-///
-/// A rest has ends at infinity where it has no beginning or no end; its `point` holds whatever the time.
+/// A stretch with its times, in cycles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
-    /// The centre at `since`, in world units.
-    pub(crate) point: DVec2,
-    /// The centre at `until`, exactly.
-    end: DVec2,
-    /// World units a cycle; zero at rest.
-    pub(crate) velocity: DVec2,
-    /// When it begins, in cycles.
-    pub(crate) since: f64,
-    /// When it ends, in cycles.
-    pub(crate) until: f64,
-    bounds: Bounds,
+    pub(crate) stretch: Stretch,
+    pub(crate) times: Times,
 }
 
-/// A rectangle along the axes.
+/// When a circle is in the first point of a stretch: on a leg at one moment, at rest all the time from one to the other. A rest without
+/// a beginning or an end has them at infinity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    /// The corner with the smallest coordinates.
-    low: DVec2,
-    /// The corner with the largest.
-    high: DVec2,
+pub(crate) struct Times {
+    pub(crate) first: f64,
+    pub(crate) last: f64,
 }
 
-impl Bounds {
-    /// Returns the smallest that holds two points.
-    fn new(one: DVec2, other: DVec2) -> Self {
-        let low = DVec2::new(one.x.lesser(other.x), one.y.lesser(other.y));
-        let high = DVec2::new(one.x.greater(other.x), one.y.greater(other.y));
-        Self { low, high }
-    }
-
-    /// Returns the smallest that holds those of some pieces, of which there is one at least.
-    fn of(pieces: &[Piece]) -> Self {
-        let join = |one: Self, other: Self| Self {
-            low: Self::new(one.low, other.low).low,
-            high: Self::new(one.high, other.high).high,
-        };
-        pieces.iter().map(|piece| piece.bounds).fold(pieces[0].bounds, join)
-    }
-
-    /// Whether two are farther apart than `reach` along an axis.
-    #[inline]
-    pub(crate) fn is_far(&self, other: &Self, reach: f64) -> bool {
-        self.low.x - other.high.x > reach
-            || other.low.x - self.high.x > reach
-            || self.low.y - other.high.y > reach
-            || other.low.y - self.high.y > reach
+impl Times {
+    /// Returns the same, so many cycles later.
+    pub(crate) fn later(self, cycles: f64) -> Self {
+        Self { first: self.first + cycles, last: self.last + cycles }
     }
 }
 
 impl Piece {
-    fn rest(point: DVec2, since: f64, until: f64) -> Self {
-        Self { point, end: point, velocity: DVec2::ZERO, since, until, bounds: Bounds::new(point, point) }
-    }
-
-    fn leg(from: DVec2, to: DVec2, since: f64, until: f64) -> Self {
-        let velocity = (to - from) / (until - since);
-        Self { point: from, end: to, velocity, since, until, bounds: Bounds::new(from, to) }
-    }
-
-    pub(crate) fn is_moving(&self) -> bool {
-        self.velocity != DVec2::ZERO
-    }
-
-    /// The centre at the end, exactly.
-    pub(crate) fn end(&self) -> DVec2 {
-        self.end
-    }
-
-    /// How long it lasts, in cycles.
-    pub(crate) fn duration(&self) -> f64 {
-        self.until - self.since
-    }
-
-    /// The square of the distance of its line from a point.
-    fn distance_squared(&self, point: DVec2) -> f64 {
-        if !self.is_moving() {
-            return self.point.distance_squared(point);
-        }
-        let line: Segment = Segment::new(self.point, self.end);
-        line.nearest(point).distance_squared(point)
-    }
-
-    /// The smallest rectangle that holds it.
-    pub(crate) fn bounds(&self) -> &Bounds {
-        &self.bounds
+    fn rest(point: DVec2, first: f64, last: f64) -> Self {
+        Self { stretch: Stretch::rest(point), times: Times { first, last } }
     }
 }
 
@@ -106,9 +38,7 @@ impl Piece {
 pub(crate) struct Trajectory {
     /// The rest, the legs, the other rest; for a circle that stays, one rest without ends.
     pieces: Vec<Piece>,
-    /// For each [`RUN`] pieces one after the other their bounds.
-    runs: Vec<Bounds>,
-    whole: Bounds,
+    bounds: Bounds,
 }
 
 impl Trajectory {
@@ -119,7 +49,8 @@ impl Trajectory {
         for &goal in legs {
             let duration = at.distance(goal) / speed;
             if duration > 0.0 {
-                pieces.push(Piece::leg(at, goal, time, time + duration));
+                let times = Times { first: time, last: time };
+                pieces.push(Piece { stretch: Stretch::leg(at, goal, duration), times });
                 (at, time) = (goal, time + duration);
             }
         }
@@ -136,22 +67,18 @@ impl Trajectory {
     }
 
     fn of(pieces: Vec<Piece>) -> Self {
-        let runs = pieces.chunks(RUN).map(Bounds::of).collect();
-        Self { whole: Bounds::of(&pieces), runs, pieces }
+        let bounds =
+            pieces.iter().map(|piece| piece.stretch.bounds).fold(pieces[0].stretch.bounds, Bounds::join);
+        Self { pieces, bounds }
     }
 
     pub(crate) fn pieces(&self) -> &[Piece] {
         &self.pieces
     }
 
-    /// The pieces in runs one after the other, each with a rectangle that holds it.
-    pub(crate) fn runs(&self) -> impl Iterator<Item = (&Bounds, &[Piece])> {
-        self.runs.iter().zip(self.pieces.chunks(RUN))
-    }
-
     /// A rectangle that holds all pieces.
-    pub(crate) fn whole(&self) -> &Bounds {
-        &self.whole
+    pub(crate) fn bounds(&self) -> &Bounds {
+        &self.bounds
     }
 
     /// The pieces in which it moves.
@@ -161,25 +88,24 @@ impl Trajectory {
     }
 
     pub(crate) fn start(&self) -> DVec2 {
-        self.pieces[0].point
+        self.pieces[0].stretch.point
     }
 
     pub(crate) fn goal(&self) -> DVec2 {
-        self.pieces[self.pieces.len() - 1].point
+        self.pieces[self.pieces.len() - 1].stretch.point
     }
 
     /// How long it takes from departure to arrival, in cycles.
     pub(crate) fn duration(&self) -> f64 {
-        self.legs().last().map_or(0.0, |leg| leg.until)
+        if self.pieces.len() == 1 { 0.0 } else { self.pieces[self.pieces.len() - 1].times.first }
     }
 
     /// Whether its legs come nearer than `reach` to a point.
     pub(crate) fn leads_over(&self, point: DVec2, reach: f64) -> bool {
-        let place = Bounds::new(point, point);
-        !self.whole.is_far(&place, reach)
-            && self
-                .legs()
-                .iter()
-                .any(|leg| !leg.bounds.is_far(&place, reach) && leg.distance_squared(point) < reach * reach)
+        let place = Bounds::of(point, point);
+        let is_over = |stretch: &Stretch| {
+            !stretch.bounds.is_far(&place, reach) && stretch.distance_squared(point) < reach * reach
+        };
+        !self.bounds.is_far(&place, reach) && self.legs().iter().any(|leg| is_over(&leg.stretch))
     }
 }
