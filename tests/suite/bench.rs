@@ -433,13 +433,23 @@ fn bench_path_walks_what_every_planner_plans() {
 
 #[test]
 fn bench_path_leads_groups_through_gaps_as_fast_as_they_may_go() {
-    let rows = json(&["bench", "path", "--planner", "release,alone", "--units", "20", "--json"]);
+    let rows = json(&[
+        "bench",
+        "path",
+        "--planner",
+        "release,alone",
+        "--scene",
+        "open,gap-1,gap-2,gap-3",
+        "--units",
+        "20",
+        "--json",
+    ]);
     let rows = rows.as_array().expect("an array of rows");
     let named = |planner: &str, map: &str| {
         let found = rows.iter().find(|row| row["planner"] == planner && row["map"] == map);
         found.unwrap_or_else(|| panic!("no {planner} of {map} in {rows:?}"))
     };
-    for map in ["open", "gap 1", "gap 2", "gap 3"] {
+    for map in ["open", "gap-1", "gap-2", "gap-3"] {
         let row = named("release", map);
         assert_eq!((&row["arrived"], &row["collisions_per_unit"]), (&20.into(), &0.0.into()), "{row}");
         assert!(row["makespan"].as_f64() >= row["bound"].as_f64(), "{row}");

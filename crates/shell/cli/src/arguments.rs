@@ -20,6 +20,7 @@ use crate::output::JsonFlag;
 pub(crate) use admin::Admin;
 pub(crate) use bench::{
     BenchAbsent, BenchBroad, BenchCommand, BenchLoad, BenchPath, BenchScale, BenchTradeoff, BenchWire,
+    GroupScene,
 };
 pub(crate) use configuration::ConfigurationArguments;
 pub(crate) use conformance::{ConformanceCommand, ConformanceServe};

@@ -11,7 +11,7 @@ use maniple_game::Overrides;
 
 use crate::output::JsonFlag;
 pub(crate) use load::BenchLoad;
-pub(crate) use path::BenchPath;
+pub(crate) use path::{BenchPath, GroupScene};
 
 /// Most circles of a benchmark of each kind: 4 million take about a gigabyte.
 const OBJECTS_MAX: i64 = 4_000_000;

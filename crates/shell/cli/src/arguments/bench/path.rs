@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use maniple_pathfinding::in_step::AGENTS_MAX;
 
 use crate::output::JsonFlag;
@@ -36,7 +36,30 @@ ways, and auto does so while it watches and mends what goes wrong; alone, follow
 after the other, and each around all who rest. Their bound is of the whole group: the longest way, how far its middle goes, and the
 time that circles need through the narrowest place; for the four of them plan_us is per cycle, of all units.
 
-Example: maniple bench path --map maps/rooms.map --planner pibt --units 50,100";
+Examples: maniple bench path --map maps/rooms.map --planner pibt --units 50,100
+          maniple bench path --scene gap-2,maze --planner auto --units 20,100";
+
+/// Where groups go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GroupScene {
+    /// Across a field
+    Open,
+    /// Through a gap of one tile
+    #[value(name = "gap-1")]
+    Gap1,
+    /// Through a gap of two tiles
+    #[value(name = "gap-2")]
+    Gap2,
+    /// Through a gap of three tiles
+    #[value(name = "gap-3")]
+    Gap3,
+    /// Two groups that meet in a gap of two tiles
+    BothWays,
+    /// Through a maze
+    Maze,
+    /// Four groups that change the corners of a field
+    Corners,
+}
 
 #[derive(Debug, Args)]
 pub(crate) struct BenchPath {
@@ -46,6 +69,15 @@ pub(crate) struct BenchPath {
     /// Take starts and goals from this file of queries, the first ones of it; may be given again. Without it they are random
     #[arg(long, value_name = "FILE.scen")]
     pub(crate) scen: Vec<PathBuf>,
+    /// The scenes of groups, for planners that lead groups
+    #[arg(
+        long = "scene",
+        value_name = "LIST",
+        value_delimiter = ',',
+        default_value = "open,gap-1,gap-2,gap-3,both-ways,maze,corners",
+        conflicts_with = "map"
+    )]
+    pub(crate) scenes: Vec<GroupScene>,
     /// The planners
     #[arg(long = "planner", value_name = "LIST", value_delimiter = ',', default_value = "single,pibt")]
     pub(crate) planners: Vec<String>,

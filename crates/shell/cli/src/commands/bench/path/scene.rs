@@ -7,7 +7,7 @@ use glam::DVec2;
 use maniple_pathfinding::{Goals, Ground, Group};
 use maniple_tilemap::{Kind, Request, TileMap, TileShape, generate};
 
-use crate::arguments::BenchPath;
+use crate::arguments::{BenchPath, GroupScene};
 use crate::commands::bench::path::case::stem;
 use crate::failure::Failure;
 use crate::files;
@@ -32,21 +32,23 @@ pub(super) struct Scene {
     pub(super) gap: Option<f64>,
 }
 
-/// Returns the scenes for so many units: those that are made for it, or, on a map that is named, a group that crosses it.
+/// Returns the scenes for so many units: those that are asked for, or, on a map that is named, a group that crosses it.
 pub(super) fn scenes(units: usize, arguments: &BenchPath) -> Result<Vec<Scene>, Failure> {
     if let Some(path) = &arguments.map {
         let map = files::map(path)?;
         return Ok(vec![across((stem(path), map), units, arguments)?]);
     }
     let side = units.isqrt() + usize::from(units.isqrt().pow(2) < units);
-    let mut scenes = vec![open(side, units, arguments)?];
-    for width in 1..=3 {
-        scenes.push(gap(width, (side, units), arguments)?);
-    }
-    scenes.push(both_ways((side, units), arguments)?);
-    scenes.push(across(("maze".to_owned(), maze(side, arguments.seed)?), units, arguments)?);
-    scenes.push(corners(side.div_ceil(2), units, arguments)?);
-    Ok(scenes)
+    let of = |scene: &GroupScene| match scene {
+        GroupScene::Open => open(side, units, arguments),
+        GroupScene::Gap1 => gap(1, (side, units), arguments),
+        GroupScene::Gap2 => gap(2, (side, units), arguments),
+        GroupScene::Gap3 => gap(3, (side, units), arguments),
+        GroupScene::BothWays => both_ways((side, units), arguments),
+        GroupScene::Maze => across(("maze".to_owned(), maze(side, arguments.seed)?), units, arguments),
+        GroupScene::Corners => corners(side.div_ceil(2), units, arguments),
+    };
+    arguments.scenes.iter().map(of).collect()
 }
 
 fn open(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Failure> {
@@ -61,7 +63,7 @@ fn gap(width: usize, (side, units): (usize, usize), arguments: &BenchPath) -> Re
     let (map, above, below) = rooms(width, (side, side))?;
     let gap = Some(0.5 * (above.y + below.y));
     let groups = vec![group(units, (side, above), (side, below))];
-    Ok(Scene { gap, ..scene(&format!("gap {width}"), map, groups, arguments)? })
+    Ok(Scene { gap, ..scene(&format!("gap-{width}"), map, groups, arguments)? })
 }
 
 /// Two groups of half the units that meet at a gap of two tiles.
@@ -74,7 +76,7 @@ fn both_ways((side, units): (usize, usize), arguments: &BenchPath) -> Result<Sce
         group(half, (columns, above - aside), (columns, below - aside)),
         group(units - half, (columns, below + aside), (columns, above + aside)),
     ];
-    scene("both ways", map, groups, arguments)
+    scene("both-ways", map, groups, arguments)
 }
 
 fn corners(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Failure> {
