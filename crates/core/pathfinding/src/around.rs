@@ -102,7 +102,7 @@ impl<'a> Detours<'a> {
             lattice.access(&self.ground.walls, to, &mut goals);
             starts.retain(|&node| crowd.is_clear(departure, lattice.point(node)));
             goals.retain(|&node| crowd.is_clear(lattice.point(node), to));
-            let steps = Steps { lattice, crowd };
+            let steps = Steps { lattice, crowd, is_allowed: |_| true };
             let Some(way) = self.memory.search(steps, (departure, &starts), &goals) else { return Ok(None) };
             points.extend(way.iter().map(|&node| lattice.point(node)).filter(|&point| point != departure));
         }
@@ -115,6 +115,24 @@ impl<'a> Detours<'a> {
         Ok(Some(points.split_off(first)))
     }
 
+    /// Returns the points of a shortest way between points of the lattice from one point to another by points that are allowed; `None`
+    /// where there is none.
+    pub(crate) fn way(
+        &mut self,
+        from: DVec2,
+        to: DVec2,
+        is_allowed: impl Fn(DVec2) -> bool + Copy,
+    ) -> Option<Vec<DVec2>> {
+        let (mut starts, mut goals) = (Vec::new(), Vec::new());
+        let lattice = &self.ground.lattice;
+        lattice.access(&self.ground.walls, from, &mut starts);
+        lattice.access(&self.ground.walls, to, &mut goals);
+        self.memory.expanded = 0;
+        let steps = Steps { lattice, crowd: &Crowd::new(), is_allowed };
+        let way = self.memory.search(steps, (from, &starts), &goals)?;
+        Some(way.into_iter().map(|node| lattice.point(node)).collect())
+    }
+
     /// Returns how many points of the lattice the last search looked at: the measure of its work.
     #[must_use]
     pub fn expanded(&self) -> usize {
@@ -122,21 +140,25 @@ impl<'a> Detours<'a> {
     }
 }
 
-/// The steps of a lattice that a crowd leaves clear.
+/// The steps of a lattice that a crowd leaves clear, between points that are allowed.
 #[derive(Clone, Copy)]
-struct Steps<'a> {
+struct Steps<'a, A> {
     lattice: &'a Lattice,
     crowd: &'a Crowd,
+    is_allowed: A,
 }
 
-impl Steps<'_> {
+impl<A: Fn(DVec2) -> bool + Copy> Steps<'_, A> {
     /// Calls with each neighbour of a node to which walls leave a step, its place, and the cost of the step.
     fn each(self, node: u32, mut each: impl FnMut(u32, (i32, i32), u32)) {
         let place = self.lattice.place(node);
         for (dx, dy) in STEPS {
             let next = (place.0 + dx, place.1 + dy);
-            if self.lattice.is_diagonal_free(place, next) {
-                let other = self.lattice.node(next.0.cast_unsigned(), next.1.cast_unsigned());
+            if !self.lattice.is_diagonal_free(place, next) {
+                continue;
+            }
+            let other = self.lattice.node(next.0.cast_unsigned(), next.1.cast_unsigned());
+            if (self.is_allowed)(self.lattice.point(other)) {
                 each(other, next, if dx != 0 && dy != 0 { DIAGONAL } else { STRAIGHT });
             }
         }
@@ -163,7 +185,7 @@ impl Memory {
     /// crowd is often closed in narrowly.
     fn search(
         &mut self,
-        steps: Steps<'_>,
+        steps: Steps<'_, impl Fn(DVec2) -> bool + Copy>,
         (from, starts): (DVec2, &[u32]),
         goals: &[u32],
     ) -> Option<Vec<u32>> {
@@ -227,7 +249,7 @@ impl Memory {
     }
 
     /// Looks at one node more from which there is a way to the goal.
-    fn go_back(&mut self, steps: Steps<'_>) -> Back {
+    fn go_back(&mut self, steps: Steps<'_, impl Fn(DVec2) -> bool + Copy>) -> Back {
         let Some(node) = self.leading.pop() else { return Back::Closed };
         self.expanded += 1;
         let near = steps.near(node);
@@ -298,7 +320,7 @@ mod tests {
     }
 
     /// The slow twin: the nodes to which steps lead from others, of which it is said whether they are clear.
-    fn flood(steps: Steps<'_>, from: &[u32], is_clear: impl Fn(DVec2, DVec2) -> bool) -> BTreeSet<u32> {
+    fn flood(steps: Steps<'_, impl Fn(DVec2) -> bool + Copy>, from: &[u32], is_clear: impl Fn(DVec2, DVec2) -> bool) -> BTreeSet<u32> {
         let (mut found, mut next): (BTreeSet<u32>, Vec<u32>) =
             (from.iter().copied().collect(), from.to_vec());
         while let Some(node) = next.pop() {
@@ -316,7 +338,7 @@ mod tests {
     fn a_step_is_clear_if_and_only_if_the_straight_way_is() {
         let (mut clear, mut blocked) = (0, 0);
         each_crowd(|name, _, ground, crowd, _| {
-            let steps = Steps { lattice: &ground.lattice, crowd };
+            let steps = Steps { lattice: &ground.lattice, crowd, is_allowed: |_| true };
             for node in (0..).take(ground.lattice.nodes()) {
                 steps.each(node, |other, _, _| {
                     let is_clear = steps.is_clear((node, steps.near(node)), (other, steps.near(other)));

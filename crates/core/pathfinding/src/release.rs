@@ -7,6 +7,7 @@
 
 mod assign;
 mod bound;
+mod bundle;
 mod conflict;
 mod ends;
 mod error;

@@ -1,7 +1,7 @@
 //! The walls, by the tiles near which they are.
 
 use glam::DVec2;
-use maniple_geometry::Segment;
+use maniple_geometry::{Scalar, Segment};
 use maniple_tilemap::{Corner, TileMap, TileShape};
 
 /// Half of the diagonal of a tile, rounded up by more than what [`NUDGE`] can skip, in world units.
@@ -58,6 +58,15 @@ impl Walls {
     /// Returns whether a circle can go straight from one point, which holds it, to another.
     pub(crate) fn is_clear(&self, from: DVec2, to: DVec2) -> bool {
         self.is_within(to) && self.blocker(from, to).is_none()
+    }
+
+    /// Returns how far a point is from every wall at least: the whole tiles between, and the rest of its own.
+    pub(crate) fn distance_at_least(&self, point: DVec2) -> f64 {
+        let inside = |coordinate: f64| {
+            let inside = coordinate - coordinate.floor();
+            inside.lesser(1.0 - inside)
+        };
+        f64::from(self.gaps[self.tile(point)]) + inside(point.x).lesser(inside(point.y))
     }
 
     /// Returns the walls near the tile of a point.

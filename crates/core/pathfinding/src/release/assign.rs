@@ -155,14 +155,15 @@ pub(crate) struct Sight {
     pub(crate) bearing: f64,
 }
 
-/// Returns the lane of each place: who is farther to the left takes a lane farther to the left, so that nobody crosses the
-/// stream of another lane, and as many take each lane.
-pub(crate) fn lanes(seen: &[Sight], count: usize) -> Vec<usize> {
-    let mut places: Vec<usize> = (0..seen.len()).collect();
-    places.sort_unstable_by(|&a, &b| seen[a].bearing.total_cmp(&seen[b].bearing).then(a.cmp(&b)));
+/// Returns the lane of each place: of so many at a time, who is farther to the left takes a lane farther to the left, so that nobody of
+/// them crosses the stream of another lane, and as many take each lane. `first` are the places in the order in which they are taken.
+pub(crate) fn lanes(seen: &[Sight], mut first: Vec<usize>, (count, at_a_time): (usize, usize)) -> Vec<usize> {
     let mut lanes = vec![0; seen.len()];
-    for (rank, place) in places.into_iter().enumerate() {
-        lanes[place] = rank * count / seen.len();
+    for places in first.chunks_mut(at_a_time.max(1)) {
+        places.sort_unstable_by(|&a, &b| seen[a].bearing.total_cmp(&seen[b].bearing).then(a.cmp(&b)));
+        for (rank, &place) in places.iter().enumerate() {
+            lanes[place] = rank * count / places.len();
+        }
     }
     lanes
 }

@@ -3,12 +3,14 @@
 use glam::DVec2;
 
 use super::assign::{Assignment, Sight, lanes};
+use super::bundle::{self, Bundle};
 use super::error::ReleaseError;
 use super::lanes::Lanes;
 use super::schedule::{Goals, Group};
 use super::trajectory::Trajectory;
 use super::trunk::Trunk;
-use crate::ground::MARGIN;
+use crate::around::Detours;
+use crate::ground::{Ground, MARGIN};
 use crate::planner::Planner;
 use crate::work::PATH;
 
@@ -53,11 +55,25 @@ pub(crate) struct Ends {
     pub(crate) lanes_max: usize,
 }
 
+/// Circles a lane that are shared out at a time where all go side by side: so that places behind are taken before those before them.
+const AT_A_TIME: usize = 12;
+
+/// Which lanes are tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Plan {
+    /// Side by side wherever that ends earlier, in so many lanes at most.
+    SideBySide { lanes_max: usize },
+    /// On the shortest way; through narrow places so many lanes fewer than let most circles through.
+    Shortest { fewer_lanes: usize },
+}
+
 /// A group that is taken in circle by circle.
 #[derive(Clone, Debug)]
 pub(crate) struct Adding {
     number: usize,
     trunk: Trunk,
+    /// How many lanes side by side are tried next.
+    untried: Option<usize>,
     /// How the starts and the goals look from the narrow place, as far as it was looked.
     starts: Vec<Sight>,
     goals: Vec<Sight>,
@@ -73,12 +89,11 @@ pub(crate) struct Adding {
 }
 
 impl Adding {
-    /// Begins to take in a group; through narrow places lead so many lanes fewer than let most circles through, but at least one.
-    /// `None` for a group of nobody.
+    /// Begins to take in a group. `None` for a group of nobody.
     pub(crate) fn new(
         planner: &mut Planner<'_>,
         (number, group): (usize, &Group),
-        fewer_lanes: usize,
+        plan: Plan,
         ends: &mut Ends,
     ) -> Result<Option<Self>, ReleaseError> {
         let (circles, goals) = (group.starts.len(), group.goals.len());
@@ -90,17 +105,28 @@ impl Adding {
         }
         let ground = planner.ground();
         let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
+        let fewer_lanes = match plan {
+            Plan::SideBySide { .. } => 0,
+            Plan::Shortest { fewer_lanes } => fewer_lanes,
+        };
         let lanes_of = |path: &[DVec2]| {
             if circles == 1 {
                 return Lanes::none();
             }
-            Lanes::new(ground, group, path, 2.0 * ground.radius() + MARGIN).without(fewer_lanes)
+            Lanes::new(ground, group, path, reach_of(ground)).without(fewer_lanes)
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
         ends.lanes_max = ends.lanes_max.max(trunk.lanes.count);
+        let untried = match plan {
+            Plan::SideBySide { lanes_max } if trunk.has_turns => {
+                Some(bundle::lanes_max(circles).min(lanes_max))
+            }
+            Plan::SideBySide { .. } | Plan::Shortest { .. } => None,
+        };
         Ok(Some(Self {
             number,
             trunk,
+            untried: untried.filter(|&lanes| lanes > 1),
             starts: Vec::new(),
             goals: Vec::new(),
             start_lanes: Vec::new(),
@@ -115,16 +141,20 @@ impl Adding {
     /// Does one part more, and returns how many looks it took; `None` where all is done.
     pub(crate) fn advance(
         &mut self,
-        planner: &mut Planner<'_>,
+        (planner, detours): (&mut Planner<'_>, &mut Detours<'_>),
         group: &Group,
         ends: &mut Ends,
     ) -> Result<Option<u64>, ReleaseError> {
         let circles = group.starts.len();
+        if let Some(lanes) = self.untried {
+            self.try_side_by_side((planner.ground(), &mut *detours), group, lanes);
+            return Ok(Some(PATH + detours.expanded() as u64));
+        }
         if let Some(&start) = group.starts.get(self.starts.len()) {
             self.starts.push(self.trunk.sight_of_start(planner, start)?);
             return Ok(Some(PATH));
         }
-        if !self.trunk.is_narrow() {
+        if !self.trunk.has_lanes() {
             return self.add_free(planner, group, ends);
         }
         if let Some(&goal) = group.goals.get(self.goals.len()) {
@@ -147,6 +177,31 @@ impl Adding {
         Ok(Some(PATH))
     }
 
+    /// Tries so many lanes side by side; they are taken if they end earlier than one after the other on the shortest way.
+    fn try_side_by_side(
+        &mut self,
+        (ground, detours): (&Ground, &mut Detours<'_>),
+        group: &Group,
+        lanes: usize,
+    ) {
+        let (circles, reach) = (group.starts.len() as f64, reach_of(ground));
+        let (from, to) = (bundle::End::of(&group.starts), bundle::End::of(&group.goals));
+        let bundle = Bundle::new((ground, detours), (from, to), (lanes, reach));
+        let saved = circles * reach * (1.0 - 1.0 / lanes as f64);
+        match bundle.filter(|bundle| bundle.length() < self.trunk.length + saved) {
+            Some(bundle) => {
+                self.trunk = Trunk::of_bundle((from.middle, to.middle), bundle);
+                self.untried = None;
+            }
+            None => self.untried = Some(bundle::fewer(lanes)).filter(|&lanes| lanes > 1),
+        }
+    }
+
+    /// How many lanes side by side the group goes in; `None` where it goes on the shortest way.
+    pub(crate) fn side_by_side(&self) -> Option<usize> {
+        (self.trunk.lanes.is_side_by_side()).then_some(self.trunk.lanes.count)
+    }
+
     /// How many lanes lead through the narrow place.
     fn lanes(&self) -> usize {
         self.trunk.lanes.count.min(self.starts.len())
@@ -162,8 +217,14 @@ impl Adding {
         let is_own = group.whose == Goals::Own;
         if index == 0 {
             let count = self.lanes();
-            self.start_lanes = lanes(&self.starts, count);
-            self.goal_lanes = if is_own { self.start_lanes.clone() } else { lanes(&self.goals, count) };
+            let at_a_time = self.side_by_side().map_or(self.starts.len(), |lanes| lanes * AT_A_TIME);
+            let near_first = by_distance(&self.starts);
+            let far_first = by_distance(&self.goals).into_iter().rev().collect();
+            self.start_lanes = lanes(&self.starts, near_first, (count, at_a_time));
+            self.goal_lanes = match group.whose {
+                Goals::Own => self.start_lanes.clone(),
+                Goals::Interchangeable => lanes(&self.goals, far_first, (count, at_a_time)),
+            };
             let streams = if is_own { self.starts.len() } else { count };
             ends.streams.resize(self.first_stream + streams, Vec::new());
         }
@@ -253,6 +314,18 @@ impl Ends {
         self.streams[stream].push(self.goals.len());
         self.goals.push(goal);
     }
+}
+
+/// How far the middles of two circles keep from each other, in world units.
+pub(crate) fn reach_of(ground: &Ground) -> f64 {
+    2.0 * ground.radius() + MARGIN
+}
+
+/// The places by how far they are, the nearest first.
+fn by_distance(seen: &[Sight]) -> Vec<usize> {
+    let mut places: Vec<usize> = (0..seen.len()).collect();
+    places.sort_unstable_by(|&a, &b| seen[a].distance.total_cmp(&seen[b].distance).then(a.cmp(&b)));
+    places
 }
 
 /// The point that is nearest to the middle of all.

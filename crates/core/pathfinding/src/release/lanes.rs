@@ -3,6 +3,7 @@
 use glam::DVec2;
 use maniple_geometry::{Scalar, Segment};
 
+use super::bundle::Bundle;
 use super::schedule::{Goals, Group};
 use crate::ground::Ground;
 use crate::planner::length;
@@ -33,8 +34,8 @@ const LANES_MAX: usize = 12;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Cut {
     /// The end to the left of who goes along the path, as on a screen.
-    left: DVec2,
-    right: DVec2,
+    pub(crate) left: DVec2,
+    pub(crate) right: DVec2,
 }
 
 impl Cut {
@@ -67,7 +68,8 @@ impl Cut {
     }
 }
 
-/// The narrow places of a path, each by its cuts in the order in which they are passed, and how many lanes lead through all of them.
+/// The narrow places of a path, each by its cuts in the order in which they are passed, and how many lanes lead through all of them; or
+/// lanes side by side, between the cuts where they begin and where they end.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Lanes {
     cuts: Vec<Cut>,
@@ -101,6 +103,11 @@ impl Lanes {
         Self { cuts: kept, count, density: Some(density) }
     }
 
+    /// Returns the lanes of a bundle, between where it begins and where it ends.
+    pub(crate) fn of_bundle(bundle: &Bundle) -> Self {
+        Self { cuts: bundle.cuts().to_vec(), count: bundle.lanes.len(), density: None }
+    }
+
     /// Returns no lanes, as where nothing is narrow.
     pub(crate) fn none() -> Self {
         Self { cuts: Vec::new(), count: 1, density: None }
@@ -110,6 +117,11 @@ impl Lanes {
     pub(crate) fn without(mut self, fewer: usize) -> Self {
         self.count = self.count.saturating_sub(fewer).max(1);
         self
+    }
+
+    /// Returns whether these are the lanes of a bundle.
+    pub(crate) fn is_side_by_side(&self) -> bool {
+        self.density.is_none() && !self.cuts.is_empty()
     }
 
     /// The first cut; `None` where nothing is narrow.
@@ -186,7 +198,7 @@ fn cuts(ground: &Ground, group: &Group, path: &[DVec2]) -> Vec<Option<Cut>> {
 }
 
 /// How far the farthest of some points is from another.
-fn extent(points: &[DVec2], from: DVec2) -> f64 {
+pub(crate) fn extent(points: &[DVec2], from: DVec2) -> f64 {
     points.iter().map(|point| point.distance(from)).fold(0.0, Scalar::greater)
 }
 

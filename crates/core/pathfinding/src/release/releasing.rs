@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use maniple_geometry::{Circle, Scalar};
 
-use super::ends::{Adding, Ends};
+use super::ends::{Adding, Ends, Plan, reach_of};
 use super::error::ReleaseError;
 use super::order::{Care, Order};
 use super::schedule::{Group, Moving, Request, Schedule, Walk};
@@ -27,8 +27,8 @@ const GOALS: usize = 1 << 24;
 const STILL: usize = 1 << 25;
 const MOVING: usize = 1 << 26;
 
-/// Lanes that are tried: as many as let most circles through side by side, and one fewer, since circles that come from aside need
-/// more room where they turn; and, as long as there is no schedule, so many fewer.
+/// Lanes that are tried on the shortest way: as many as let most circles through side by side, and one fewer, since circles that come
+/// from aside need more room where they turn; and, as long as there is no schedule, so many fewer.
 const FEWER_LANES_MAX: usize = 3;
 
 /// A search for a schedule that goes on by as much as it is told to, so that it can be spread over cycles. How much that is does not
@@ -85,7 +85,7 @@ impl Releasing {
     fn with_reliance(request: &Request<'_>, reliance: Reliance) -> Self {
         let Request { groups, speed, still, moving } = *request;
         let surroundings = Surroundings { speed, still: still.to_vec(), moving: moving.to_vec() };
-        let (groups, attempt) = (groups.to_vec(), Attempt::new(0));
+        let (groups, attempt) = (groups.to_vec(), Attempt::new(Plan::SideBySide { lanes_max: usize::MAX }));
         Self { groups, surroundings, reliance, attempt, best: None, looks: 0, memory: Memory::default() }
     }
 
@@ -130,7 +130,7 @@ impl Releasing {
         let Some(ended) = attempt.step(tools, (groups, surroundings, *reliance), work)? else {
             return Ok(None);
         };
-        let (fewer_lanes, lanes_max) = (attempt.fewer_lanes, attempt.ends.lanes_max);
+        let next = attempt.next(ended.stuck.is_some());
         let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
         let is_better = match &self.best {
             None => true,
@@ -139,12 +139,10 @@ impl Releasing {
         if is_better {
             self.best = Some(ended);
         }
-        // Where nobody has a lane to give up, the next attempt would be the same.
-        let is_last = was_enough || fewer_lanes == FEWER_LANES_MAX || lanes_max <= 1;
-        if *reliance == Reliance::OnNobody || is_last {
-            return Ok(self.best.take());
+        match next {
+            Some(plan) if *reliance == Reliance::OnAll && !was_enough => *attempt = Attempt::new(plan),
+            Some(_) | None => return Ok(self.best.take()),
         }
-        *attempt = Attempt::new(fewer_lanes + 1);
         Ok(None)
     }
 }
@@ -163,14 +161,16 @@ impl<'a> Tools<'a> {
 
     /// How far the middles of two circles keep from each other.
     fn reach(&self) -> f64 {
-        2.0 * self.ground.radius() + MARGIN
+        reach_of(self.ground)
     }
 }
 
 /// One try to find a schedule.
 #[derive(Clone, Debug)]
 struct Attempt {
-    fewer_lanes: usize,
+    plan: Plan,
+    /// How many lanes side by side there are at most; `None` where all groups go on shortest ways.
+    side_by_side: Option<usize>,
     ends: Ends,
     stage: Stage,
 }
@@ -210,8 +210,27 @@ struct Departing {
 }
 
 impl Attempt {
-    fn new(fewer_lanes: usize) -> Self {
-        Self { fewer_lanes, ends: Ends::default(), stage: Stage::Groups { done: 0, adding: None } }
+    fn new(plan: Plan) -> Self {
+        let stage = Stage::Groups { done: 0, adding: None };
+        Self { plan, side_by_side: None, ends: Ends::default(), stage }
+    }
+
+    /// Returns what is tried next, if anything is, when this attempt has got stuck or not.
+    ///
+    /// Side by side all are as fast as they can be; with fewer lanes they are stuck less often.
+    fn next(&self, is_stuck: bool) -> Option<Plan> {
+        match (self.plan, self.side_by_side) {
+            (_, Some(lanes)) if is_stuck && lanes > 3 => Some(Plan::SideBySide { lanes_max: lanes / 2 }),
+            (_, Some(_)) if is_stuck => Some(Plan::Shortest { fewer_lanes: 0 }),
+            (_, Some(_)) => None,
+            // Where nobody has a lane to give up, the next attempt would be the same.
+            (_, None) if self.ends.lanes_max <= 1 => None,
+            // No group goes side by side: it was the shortest way.
+            (Plan::SideBySide { .. }, None) => Some(Plan::Shortest { fewer_lanes: 1 }),
+            (Plan::Shortest { fewer_lanes }, None) => {
+                (fewer_lanes < FEWER_LANES_MAX).then_some(Plan::Shortest { fewer_lanes: fewer_lanes + 1 })
+            }
+        }
     }
 
     /// Does one part more; returns what came of the attempt when it has ended.
@@ -221,12 +240,15 @@ impl Attempt {
         (groups, surroundings, reliance): (&[Group], &Surroundings, Reliance),
         work: &mut Work,
     ) -> Result<Option<Ended>, ReleaseError> {
-        let Self { fewer_lanes, ends, stage } = self;
+        let Self { plan, side_by_side, ends, stage } = self;
         match stage {
             Stage::Groups { done, adding: Some(current) } => {
-                match current.advance(&mut tools.planner, &groups[*done], ends)? {
+                match current.advance((&mut tools.planner, &mut tools.detours), &groups[*done], ends)? {
                     Some(looks) => work.add(looks),
-                    None => *stage = Stage::Groups { done: *done + 1, adding: None },
+                    None => {
+                        *side_by_side = current.side_by_side().max(*side_by_side);
+                        *stage = Stage::Groups { done: *done + 1, adding: None };
+                    }
                 }
             }
             Stage::Groups { done, adding } => {
@@ -234,7 +256,7 @@ impl Attempt {
                     *stage = Stage::Order { order: Box::new(Order::new(ends)), done: 0 };
                     return Ok(None);
                 };
-                let begun = Adding::new(&mut tools.planner, (*done, group), *fewer_lanes, ends)?;
+                let begun = Adding::new(&mut tools.planner, (*done, group), *plan, ends)?;
                 work.add(PATH);
                 match begun {
                     Some(begun) => *adding = Some(Box::new(begun)),

@@ -3,6 +3,7 @@
 use glam::DVec2;
 
 use super::assign::Sight;
+use super::bundle::Bundle;
 use super::lanes::Lanes;
 use crate::error::PlanError;
 use crate::planner::{Planner, length};
@@ -15,6 +16,10 @@ pub(crate) struct Trunk {
     ways: Vec<Vec<DVec2>>,
     /// Where in each way the first and the last cut are; `None` where nothing is narrow.
     ends: Option<Vec<(usize, usize)>>,
+    /// How long the way is in the middle, in world units.
+    pub(crate) length: f64,
+    /// Whether all go around corners, in one track.
+    pub(crate) has_turns: bool,
 }
 
 impl Trunk {
@@ -25,6 +30,7 @@ impl Trunk {
         lanes_of: impl FnOnce(&[DVec2]) -> Lanes,
     ) -> Result<Self, PlanError> {
         let path: Vec<DVec2> = std::iter::once(from).chain(planner.path(from, to)?.iter().copied()).collect();
+        let (length, has_turns) = (length(from, &path[1..]), path.len() > 2);
         let lanes = lanes_of(&path);
         let mut ways = Vec::new();
         let mut ends = Vec::new();
@@ -41,7 +47,16 @@ impl Trunk {
             ways.push(way);
         }
         let ends = (!ends.is_empty()).then_some(ends);
-        Ok(Self { lanes, ways, ends })
+        Ok(Self { lanes, ways, ends, length, has_turns })
+    }
+
+    /// Returns the shared way by a bundle of lanes, from one point to another.
+    pub(crate) fn of_bundle((from, to): (DVec2, DVec2), bundle: Bundle) -> Self {
+        let (lanes, length) = (Lanes::of_bundle(&bundle), bundle.length());
+        let ends = bundle.lanes.iter().map(|lane| (1, lane.len())).collect();
+        let way = |lane: Vec<DVec2>| std::iter::once(from).chain(lane).chain([to]).collect();
+        let ways = bundle.lanes.into_iter().map(way).collect();
+        Self { lanes, ways, ends: Some(ends), length, has_turns: false }
     }
 
     /// Returns the legs of a circle to the last cut by a lane: onto the shared way as far ahead as it sees it.
@@ -106,8 +121,8 @@ impl Trunk {
         })
     }
 
-    /// Returns whether there is a narrow place.
-    pub(crate) fn is_narrow(&self) -> bool {
+    /// Returns whether all go in lanes: through a narrow place, or side by side.
+    pub(crate) fn has_lanes(&self) -> bool {
         self.ends.is_some()
     }
 

@@ -1,0 +1,153 @@
+//! Lanes side by side along a whole way, where the ground is wide.
+//!
+//! Shortest ways go around the same corners, each circle in the track of the one before. Who goes beside others needs a way that is as wide
+//! as all of them: that of one large circle, and the lanes are its parallels.
+
+use glam::DVec2;
+
+use super::ends::middle_of;
+use super::lanes::{Cut, extent};
+use crate::around::Detours;
+use crate::ground::Ground;
+use crate::planner::length;
+use crate::pull::pull;
+use crate::tighten::{Hit, Tightening};
+
+/// How much farther apart lanes are than circles that touch, in world units: whoever is in one does not look at the next.
+const APART: f64 = 1.0 / 16.0;
+
+/// More lanes than these are not tried.
+const LANES_MAX: usize = 16;
+
+/// Circles a lane, at least: for fewer another lane is not worth its way.
+const CIRCLES_MIN: usize = 4;
+
+/// Lanes of the same distance from each other, from the edge of a group to that of its goals.
+#[derive(Clone, Debug)]
+pub(crate) struct Bundle {
+    /// For each lane, from the left of who goes along it, its points.
+    pub(crate) lanes: Vec<Vec<DVec2>>,
+}
+
+/// One end of a bundle: the middle of a group or of its goals, and how far the farthest of them is from it, in world units.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct End {
+    pub(crate) middle: DVec2,
+    pub(crate) extent: f64,
+}
+
+impl End {
+    pub(crate) fn of(points: &[DVec2]) -> Self {
+        let middle = middle_of(points);
+        Self { middle, extent: extent(points, middle) }
+    }
+
+    fn contains(self, point: DVec2) -> bool {
+        point.distance(self.middle) <= self.extent
+    }
+}
+
+/// How many lanes are tried for so many circles at first.
+pub(crate) fn lanes_max(circles: usize) -> usize {
+    circles.div_ceil(CIRCLES_MIN).min(LANES_MAX)
+}
+
+/// How many lanes are tried where so many do not fit.
+pub(crate) fn fewer(lanes: usize) -> usize {
+    (lanes - 1).min(lanes * 4 / 5)
+}
+
+impl Bundle {
+    /// Returns so many lanes, at least two; `None` where they do not fit. `reach` is how far the middles of two circles are apart at least.
+    pub(crate) fn new(
+        (ground, detours): (&Ground, &mut Detours<'_>),
+        (from, to): (End, End),
+        (count, reach): (usize, f64),
+    ) -> Option<Self> {
+        let strip = Strip { count, spacing: reach + APART };
+        let room = ground.room() + strip.half();
+        let is_wide = |point: DVec2| ground.walls.distance_at_least(point) >= room;
+        // A group may stand where so many cannot go side by side.
+        let is_within = |end: End, point: DVec2| !is_wide(end.middle) && end.contains(point);
+        let is_allowed = |point: DVec2| is_wide(point) || is_within(from, point) || is_within(to, point);
+        let mut path = detours.way(from.middle, to.middle, is_allowed)?;
+        let first = path.iter().position(|&point| !from.contains(point))?;
+        let last = path.iter().rposition(|&point| !to.contains(point))?;
+        if first >= last {
+            return None;
+        }
+        path.truncate(last + 1);
+        path.drain(..first);
+        let blocker = |from, to| strip.blocker(ground, from, to);
+        pull(|from, to| blocker(from, to).is_none(), &mut path);
+        Tightening::default().tighten(&blocker, room, &mut path);
+        let lanes = (0..count).map(|lane| strip.lane(ground, lane, &path));
+        Some(Self { lanes: lanes.collect::<Option<_>>()? })
+    }
+
+    /// How long the lane in the middle is, in world units.
+    pub(crate) fn length(&self) -> f64 {
+        let lane = &self.lanes[self.lanes.len() / 2];
+        length(lane[0], &lane[1..])
+    }
+
+    /// The lines across all lanes where they begin and where they end.
+    pub(crate) fn cuts(&self) -> [Cut; 2] {
+        let (left, right) = (&self.lanes[0], &self.lanes[self.lanes.len() - 1]);
+        [0, left.len() - 1].map(|index| Cut { left: left[index], right: right[index] })
+    }
+}
+
+/// So many lanes, so far apart.
+#[derive(Clone, Copy, Debug)]
+struct Strip {
+    count: usize,
+    spacing: f64,
+}
+
+impl Strip {
+    /// How far the outermost lanes are from the middle.
+    fn half(self) -> f64 {
+        0.5 * (self.count - 1) as f64 * self.spacing
+    }
+
+    /// How far a lane is to the right of the middle.
+    fn offset(self, lane: usize) -> f64 {
+        lane as f64 * self.spacing - self.half()
+    }
+
+    /// What a lane comes too near to beside a leg.
+    fn blocker(self, ground: &Ground, from: DVec2, to: DVec2) -> Option<Hit> {
+        let right = right_of(from, to);
+        (0..self.count).find_map(|lane| {
+            let aside = right * self.offset(lane);
+            ground.walls.blocker(from + aside, to + aside).map(|&wall| Hit::Wall(wall))
+        })
+    }
+
+    /// The points of a lane beside a path; `None` where it is not clear, or where turns are too near to each other for it.
+    ///
+    /// Around a corner at the distance `d` from the path, lanes turn like the path does, around circles of the radii `d` and their offsets:
+    /// with unit vectors `a` and `b` across the legs, both legs of a lane are `o` from those of the path where it turns at
+    /// `o (a + b) / (1 + a·b)` from where the path does.
+    fn lane(self, ground: &Ground, lane: usize, path: &[DVec2]) -> Option<Vec<DVec2>> {
+        let &[first, second, ..] = path else { return None };
+        let &[.., before, last] = path else { return None };
+        let offset = self.offset(lane);
+        let mut points = vec![first + right_of(first, second) * offset];
+        for turn in path.windows(3) {
+            let (a, b) = (right_of(turn[0], turn[1]), right_of(turn[1], turn[2]));
+            points.push(turn[1] + (a + b) * (offset / (1.0 + a.dot(b))));
+        }
+        points.push(last + right_of(before, last) * offset);
+        let is_good = |(leg, beside): (&[DVec2], &[DVec2])| {
+            (leg[1] - leg[0]).dot(beside[1] - beside[0]) > 0.0 && ground.is_clear(leg[0], leg[1])
+        };
+        points.windows(2).zip(path.windows(2)).all(is_good).then_some(points)
+    }
+}
+
+/// The unit vector to the right of who goes from one point to another, as a map shows it, with y down.
+fn right_of(from: DVec2, to: DVec2) -> DVec2 {
+    (to - from).normalize_or_zero().perp()
+}
