@@ -320,7 +320,11 @@ mod tests {
     }
 
     /// The slow twin: the nodes to which steps lead from others, of which it is said whether they are clear.
-    fn flood(steps: Steps<'_, impl Fn(DVec2) -> bool + Copy>, from: &[u32], is_clear: impl Fn(DVec2, DVec2) -> bool) -> BTreeSet<u32> {
+    fn flood(
+        steps: Steps<'_, impl Fn(DVec2) -> bool + Copy>,
+        from: &[u32],
+        is_clear: impl Fn(DVec2, DVec2) -> bool,
+    ) -> BTreeSet<u32> {
         let (mut found, mut next): (BTreeSet<u32>, Vec<u32>) =
             (from.iter().copied().collect(), from.to_vec());
         while let Some(node) = next.pop() {
@@ -364,7 +368,7 @@ mod tests {
                 lattice.access(walls, to, &mut goals);
                 starts.retain(|&node| crowd.is_clear(from, lattice.point(node)));
                 goals.retain(|&node| crowd.is_clear(lattice.point(node), to));
-                let steps = Steps { lattice, crowd };
+                let steps = Steps { lattice, crowd, is_allowed: |_| true };
                 let found = flood(steps, &starts, |from, to| crowd.is_clear(from, to));
                 let leading = flood(steps, &goals, |to, from| crowd.is_clear(from, to));
                 let is_straight = walls.is_clear(from, to) && crowd.is_clear(from, to);
