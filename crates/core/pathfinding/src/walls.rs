@@ -19,8 +19,8 @@ pub(crate) struct Walls {
     reach: f64,
     segments: Vec<Segment>,
     shapes: Vec<TileShape>,
-    /// For each tile how far its points are from every wall at least, in whole world units.
-    gaps: Vec<u8>,
+    /// For each tile how many steps it is to the nearest one in which a wall can be.
+    steps: Vec<u8>,
     /// Where the walls of each tile begin in `near`, and where those of the last one end.
     firsts: Vec<u32>,
     /// The walls that are nearer than `reach` to some point of a tile.
@@ -36,11 +36,11 @@ impl Walls {
             reach,
             segments,
             shapes: map.tiles().iter().map(|tile| tile.shape).collect(),
-            gaps: Vec::new(),
+            steps: Vec::new(),
             firsts: Vec::new(),
             near: Vec::new(),
         };
-        walls.gaps = gaps(map);
+        walls.steps = steps(map);
         walls.fill();
         walls
     }
@@ -60,13 +60,22 @@ impl Walls {
         self.is_within(to) && self.blocker(from, to).is_none()
     }
 
-    /// Returns how far a point is from every wall at least: the whole tiles between, and the rest of its own.
-    pub(crate) fn distance_at_least(&self, point: DVec2) -> f64 {
-        let inside = |coordinate: f64| {
-            let inside = coordinate - coordinate.floor();
-            inside.lesser(1.0 - inside)
-        };
-        f64::from(self.gaps[self.tile(point)]) + inside(point.x).lesser(inside(point.y))
+    /// Returns the roomiest point of the tile of a point, its middle or a corner, and how far from every wall that is at least, in world
+    /// units.
+    pub(crate) fn roomiest(&self, point: DVec2) -> (DVec2, f64) {
+        let low = DVec2::new(point.x.floor(), point.y.floor());
+        let steps = |point: DVec2| if self.is_within(point) { f64::from(self.steps[self.tile(point)]) } else { 0.0 };
+        let middle = low + 0.5;
+        let mut best = (middle, steps(middle) - 0.5);
+        for aside in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)].map(DVec2::from) {
+            let corner = middle + aside;
+            let tiles = [middle, corner + aside, corner + aside.perp(), corner - aside.perp()];
+            let least = tiles.map(steps).into_iter().fold(f64::INFINITY, Scalar::lesser);
+            if least > best.1 {
+                best = (corner, least);
+            }
+        }
+        best
     }
 
     /// Returns the walls near the tile of a point.
@@ -91,7 +100,7 @@ impl Walls {
         while along <= length {
             let point = from + unit * along;
             let tile = self.tile(point);
-            let leap = f64::from(self.gaps[tile]) - self.reach;
+            let leap = f64::from(self.steps[tile]) - (self.reach + 1.0);
             if leap <= 0.0 {
                 for &wall in &self.near[self.firsts[tile] as usize..self.firsts[tile + 1] as usize] {
                     let segment = &self.segments[wall as usize];
@@ -141,7 +150,7 @@ impl Walls {
 
     /// Lists the walls of each tile: counted first, so that one list holds them all.
     fn fill(&mut self) {
-        let tiles = self.gaps.len();
+        let tiles = self.steps.len();
         let mut firsts = vec![0_u32; tiles + 1];
         self.visit(|tile, _| firsts[tile + 1] += 1);
         for tile in 0..tiles {
@@ -241,12 +250,13 @@ fn tiles_from_to(from: f64, to: f64, size: u32) -> std::ops::Range<u32> {
     from.floor() as u32..(to.ceil() as u32).min(size)
 }
 
-/// For each tile the whole world units between it and the nearest tile in which a wall can be, at most 255.
+/// For each tile how many steps it is to the nearest tile in which a wall can be, at most 255: none for such a tile itself. Between the
+/// two tiles there are so many world units, less one.
 ///
 /// The border of open ground is part of a tile that is not open, or of the edge of the map. Two passes over the tiles, from
 /// the upper left and from the lower right, give the chessboard distance (Rosenfeld and Pfaltz, *Distance Functions
-/// on Digital Pictures*, 1968); the gap is one less.
-fn gaps(map: &TileMap) -> Vec<u8> {
+/// on Digital Pictures*, 1968).
+fn steps(map: &TileMap) -> Vec<u8> {
     let (width, height) = (map.width() as usize, map.height() as usize);
     let mut steps: Vec<u8> =
         map.tiles().iter().map(|tile| if tile.shape == TileShape::Open { u8::MAX } else { 0 }).collect();
@@ -278,5 +288,5 @@ fn gaps(map: &TileMap) -> Vec<u8> {
             pass(&mut steps, x, y, [(x + 1, y), (x - 1, y + 1), (x, y + 1), (x + 1, y + 1)]);
         }
     }
-    steps.into_iter().map(|steps| steps.saturating_sub(1)).collect()
+    steps
 }

@@ -66,7 +66,7 @@ impl Bundle {
     ) -> Option<Self> {
         let strip = Strip { count, spacing: reach + APART };
         let room = ground.room() + strip.half();
-        let is_wide = |point: DVec2| ground.walls.distance_at_least(point) >= room;
+        let is_wide = |point: DVec2| ground.walls.roomiest(point).1 >= room;
         // A group may stand where so many cannot go side by side.
         let is_within = |end: End, point: DVec2| !is_wide(end.middle) && end.contains(point);
         let is_allowed = |point: DVec2| is_wide(point) || is_within(from, point) || is_within(to, point);
@@ -78,6 +78,9 @@ impl Bundle {
         }
         path.truncate(last + 1);
         path.drain(..first);
+        for point in &mut path {
+            *point = ground.walls.roomiest(*point).0;
+        }
         let blocker = |from, to| strip.blocker(ground, from, to);
         pull(|from, to| blocker(from, to).is_none(), &mut path);
         Tightening::default().tighten(&blocker, room, &mut path);
