@@ -60,6 +60,13 @@ impl Walls {
         self.is_within(to) && self.blocker(from, to).is_none()
     }
 
+    /// Returns whether the roomiest point of the tile of a point is so far from every wall.
+    pub(crate) fn has_room(&self, point: DVec2, room: f64) -> bool {
+        let steps = f64::from(self.steps[self.tile(point)]);
+        // A corner is not farther from walls than there are steps from any of its tiles.
+        steps - 0.5 >= room || (steps >= room && self.roomiest(point).1 >= room)
+    }
+
     /// Returns the roomiest point of the tile of a point, its middle or a corner, and how far from every wall that is at least, in world
     /// units.
     pub(crate) fn roomiest(&self, point: DVec2) -> (DVec2, f64) {
