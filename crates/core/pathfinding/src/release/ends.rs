@@ -302,10 +302,23 @@ impl Adding {
         Ok(Some(PATH))
     }
 
-    /// Puts those first who go first.
+    /// Puts those first who go first: the nearest of each lane, then the next of each, and so on, every second lane before its neighbours.
+    ///
+    /// Neighbouring lanes of a narrow place are nearer to each other than circles, which stand in each other's gaps: if one lane ran ahead,
+    /// those beside it would find gaps that do not fit both.
     fn sort(&self, ends: &mut Ends) {
         let starts = &mut ends.starts[self.first..];
         starts.sort_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));
+        if self.trunk.has_lanes() {
+            let mut taken = vec![0; self.lanes()];
+            let mut turns = vec![(0, 0); starts.len()];
+            for start in starts.iter() {
+                let lane = self.start_lanes[start.index];
+                turns[start.index] = (taken[lane], lane % 2);
+                taken[lane] += 1;
+            }
+            starts.sort_by_key(|start| turns[start.index]);
+        }
     }
 }
 
