@@ -11,6 +11,7 @@ mod bundle;
 mod conflict;
 mod ends;
 mod error;
+mod fan;
 mod lanes;
 mod order;
 mod releasing;

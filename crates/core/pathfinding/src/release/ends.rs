@@ -225,6 +225,11 @@ impl Adding {
                 Goals::Own => self.start_lanes.clone(),
                 Goals::Interchangeable => lanes(&self.goals, far_first, (count, at_a_time)),
             };
+            if self.side_by_side().is_none() {
+                let (starts, goals) = (&self.start_lanes, &self.goal_lanes);
+                let ends = (by_lane(&group.starts, starts, count), by_lane(&group.goals, goals, count));
+                self.trunk.fan_out(planner.ground(), ends, reach_of(planner.ground()));
+            }
             let streams = if is_own { self.starts.len() } else { count };
             ends.streams.resize(self.first_stream + streams, Vec::new());
         }
@@ -339,6 +344,15 @@ fn by_distance(seen: &[Sight]) -> Vec<usize> {
     let mut places: Vec<usize> = (0..seen.len()).collect();
     places.sort_unstable_by(|&a, &b| seen[a].distance.total_cmp(&seen[b].distance).then(a.cmp(&b)));
     places
+}
+
+/// The points of each of so many lanes.
+fn by_lane(points: &[DVec2], lanes: &[usize], count: usize) -> Vec<Vec<DVec2>> {
+    let mut sorted = vec![Vec::new(); count];
+    for (&point, &lane) in points.iter().zip(lanes) {
+        sorted[lane].push(point);
+    }
+    sorted
 }
 
 /// The point that is nearest to the middle of all.

@@ -43,6 +43,11 @@ impl Cut {
         self.left.distance(self.right)
     }
 
+    /// The direction in which it is passed, a unit vector.
+    pub(crate) fn forwards(&self) -> DVec2 {
+        -(self.right - self.left).perp().normalize_or_zero()
+    }
+
     /// In which direction a point lies: -1 is wholly to the left, 1 wholly to the right.
     ///
     /// It is seen from half the width beyond the cut: from there the lanes fan out, so that ways of different lanes do not cross.

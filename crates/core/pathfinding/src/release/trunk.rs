@@ -4,8 +4,10 @@ use glam::DVec2;
 
 use super::assign::Sight;
 use super::bundle::Bundle;
+use super::fan::{Gate, Mouth, fan};
 use super::lanes::Lanes;
 use crate::error::PlanError;
+use crate::ground::Ground;
 use crate::planner::{Planner, length};
 
 /// The shared way, and who goes where on it.
@@ -20,6 +22,9 @@ pub(crate) struct Trunk {
     pub(crate) length: f64,
     /// Whether all go around corners, in one track.
     pub(crate) has_turns: bool,
+    /// For each lane how it goes on before the first cut, and behind the last one; none where lanes do not fan out.
+    entries: Vec<Mouth>,
+    exits: Vec<Mouth>,
 }
 
 impl Trunk {
@@ -47,7 +52,7 @@ impl Trunk {
             ways.push(way);
         }
         let ends = (!ends.is_empty()).then_some(ends);
-        Ok(Self { lanes, ways, ends, length, has_turns })
+        Ok(Self { lanes, ways, ends, length, has_turns, entries: Vec::new(), exits: Vec::new() })
     }
 
     /// Returns the shared way by a bundle of lanes, from one point to another.
@@ -56,10 +61,53 @@ impl Trunk {
         let ends = bundle.lanes.iter().map(|lane| (1, lane.len())).collect();
         let way = |lane: Vec<DVec2>| std::iter::once(from).chain(lane).chain([to]).collect();
         let ways = bundle.lanes.into_iter().map(way).collect();
-        Self { lanes, ways, ends: Some(ends), length, has_turns: false }
+        Self {
+            lanes,
+            ways,
+            ends: Some(ends),
+            length,
+            has_turns: false,
+            entries: Vec::new(),
+            exits: Vec::new(),
+        }
     }
 
-    /// Returns the legs of a circle to the last cut by a lane: onto the shared way as far ahead as it sees it.
+    /// Lets the lanes of a narrow place fan out, towards the starts and the goals of those who take each lane; `reach` is how far the middles
+    /// of two circles are apart at least.
+    pub(crate) fn fan_out(
+        &mut self,
+        ground: &Ground,
+        (starts, goals): (Vec<Vec<DVec2>>, Vec<Vec<DVec2>>),
+        reach: f64,
+    ) {
+        let mouths = |far_ends: Vec<Vec<DVec2>>, gate_of: &dyn Fn(usize) -> Gate| {
+            let lanes: Vec<_> =
+                far_ends.into_iter().enumerate().map(|(lane, ends)| (gate_of(lane), ends)).collect();
+            fan(ground, &lanes, reach)
+        };
+        self.entries = mouths(starts, &|lane| {
+            let (way, (first, last)) = (&self.ways[lane], self.ends(lane));
+            let inwards =
+                if first < last { (way[first + 1] - way[first]).normalize() } else { self.forwards() };
+            Gate { point: way[first], outwards: -inwards }
+        });
+        self.exits = mouths(goals, &|lane| {
+            let (way, (first, last)) = (&self.ways[lane], self.ends(lane));
+            let outwards =
+                if first < last { (way[last] - way[last - 1]).normalize() } else { self.forwards() };
+            Gate { point: way[last], outwards }
+        });
+    }
+
+    /// The direction in which the first cut is passed, a unit vector.
+    ///
+    /// # Panics
+    /// Where nothing is narrow.
+    fn forwards(&self) -> DVec2 {
+        self.lanes.first().expect("there is a narrow place").forwards()
+    }
+
+    /// Returns the legs of a circle to the last cut by a lane: through the mouth of the lane, or onto the shared way as far ahead as it sees it.
     ///
     /// # Panics
     /// Where nothing is narrow.
@@ -72,15 +120,18 @@ impl Trunk {
         let (way, (first, last)) = (&self.ways[lane], self.ends(lane));
         let ground = planner.ground();
         let seen = (1..=first).rev().find(|&index| ground.is_clear(from, way[index]));
-        let mut legs = match seen {
-            Some(entry) => way[entry..=first].to_vec(),
-            None => planner.path(from, way[first])?.to_vec(),
+        let mouth = self.entries.get(lane).filter(|_| seen.is_none_or(|seen| seen == first));
+        let turns = mouth.and_then(|mouth| mouth.turns(ground, from));
+        let mut legs = match (turns, seen) {
+            (Some(turns), _) => turns.into_iter().rev().collect(),
+            (None, Some(entry)) => way[entry..=first].to_vec(),
+            (None, None) => planner.path(from, way[first])?.to_vec(),
         };
         legs.extend_from_slice(&way[first + 1..=last]);
         Ok(legs)
     }
 
-    /// Returns the legs of a circle from the last cut by a lane to a goal: off the shared way as early as it sees the goal.
+    /// Returns the legs of a circle from the last cut by a lane to a goal: through the mouth of the lane, or off the shared way as early as it sees the goal.
     ///
     /// # Panics
     /// Where nothing is narrow.
@@ -92,10 +143,14 @@ impl Trunk {
     ) -> Result<Vec<DVec2>, PlanError> {
         let (way, (_, last)) = (&self.ways[lane], self.ends(lane));
         let ground = planner.ground();
-        let Some(seen) = (last..way.len() - 1).find(|&index| ground.is_clear(way[index], to)) else {
-            return Ok(planner.path(way[last], to)?.to_vec());
+        let seen = (last..way.len() - 1).find(|&index| ground.is_clear(way[index], to));
+        let mouth = self.exits.get(lane).filter(|_| seen.is_none_or(|seen| seen == last));
+        let turns = mouth.and_then(|mouth| mouth.turns(ground, to));
+        let mut legs = match (turns, seen) {
+            (Some(turns), _) => turns[1..].to_vec(),
+            (None, Some(exit)) => way[last + 1..=exit].to_vec(),
+            (None, None) => return Ok(planner.path(way[last], to)?.to_vec()),
         };
-        let mut legs = way[last + 1..=seen].to_vec();
         legs.push(to);
         Ok(legs)
     }
