@@ -30,7 +30,7 @@ impl<'a> Planner<'a> {
         Self {
             ground,
             search: Search::default(),
-            tightening: Tightening::default(),
+            tightening: Tightening::remembering(),
             taut: Taut::default(),
             way: Vec::new(),
             near_start: Vec::new(),

@@ -1,6 +1,7 @@
 //! Turns of a path moved to the corners that make them.
 
 use glam::DVec2;
+use hashbrown::HashTable;
 use maniple_geometry::Segment;
 
 use crate::turns::{Pass, Turns, length};
@@ -28,6 +29,9 @@ pub(crate) enum Hit {
     },
 }
 
+/// How many bends are remembered at most; then all are forgotten.
+const REMEMBERED_MAX: usize = 1 << 12;
+
 /// The memory of passes, kept from one path to the next.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tightening {
@@ -36,6 +40,13 @@ pub(crate) struct Tightening {
 }
 
 impl Tightening {
+    /// Returns one that remembers bends, for those whose blockers are always the same: paths to the same places have most of their
+    /// turns in common.
+    pub(crate) fn remembering() -> Self {
+        let bend = Bend { found: Some(HashTable::new()), ..Bend::default() };
+        Self { points: Vec::new(), bend }
+    }
+
     /// Makes a path shorter; each leg stays clear. `blocker` says what a leg comes too near to, and `room` is how far from
     /// corners it turns, in world units.
     pub(crate) fn tighten(
@@ -104,12 +115,50 @@ impl Tightening {
 struct Bend {
     passes: Vec<Pass>,
     turns: Turns,
+    /// What was found up to now, if it is remembered. It is only ever asked for one, so that its order cannot be seen.
+    found: Option<HashTable<Found>>,
+}
+
+/// A way of which it is known whether there is a shorter one.
+#[derive(Clone, Debug)]
+struct Found {
+    /// Its points.
+    way: Vec<DVec2>,
+    /// The turns of the shorter one.
+    turns: Option<Vec<DVec2>>,
 }
 
 impl Bend {
+    /// Does what [`Self::look`] does, or remembers it.
+    fn find(
+        &mut self,
+        blocker: &impl Fn(DVec2, DVec2) -> Option<Hit>,
+        way: (DVec2, &[DVec2], DVec2),
+        room: f64,
+    ) -> bool {
+        let points = || std::iter::once(way.0).chain(way.1.iter().copied()).chain(std::iter::once(way.2));
+        let hash = hash_of(points());
+        let is_it = |found: &Found| found.way.iter().copied().eq(points());
+        if let Some(known) = self.found.as_ref().and_then(|found| found.find(hash, is_it)) {
+            self.turns.points.clear();
+            self.turns.points.extend(known.turns.iter().flatten());
+            return known.turns.is_some();
+        }
+        let is_found = self.look(blocker, way, room);
+        if let Some(found) = &mut self.found {
+            if found.len() == REMEMBERED_MAX {
+                found.clear();
+            }
+            let turns = is_found.then(|| self.turns.points.clone());
+            let entry = Found { way: points().collect(), turns };
+            found.insert_unique(hash, entry, |found| hash_of(found.way.iter().copied()));
+        }
+        is_found
+    }
+
     /// Finds turns between two points that are shorter than the old ones, on the same side or else on the other one, and
     /// returns whether there are any. Where the straight way is clear, there are none on it.
-    fn find(
+    fn look(
         &mut self,
         blocker: &impl Fn(DVec2, DVec2) -> Option<Hit>,
         way: (DVec2, &[DVec2], DVec2),
@@ -183,4 +232,12 @@ impl Bend {
         }
         true
     }
+}
+
+/// A hash of points.
+fn hash_of(points: impl Iterator<Item = DVec2>) -> u64 {
+    points.flat_map(|point| [point.x, point.y]).fold(0, |hash: u64, coordinate| {
+        let mixed = (hash ^ coordinate.to_bits()).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        mixed ^ mixed >> 29
+    })
 }

@@ -124,6 +124,27 @@ impl Walls {
         None
     }
 
+    /// Returns how far the middle of a circle, which is held by a point of the map, comes in a direction of length 1 until it is nearer
+    /// to a wall than the reach, up to rounding; infinity where that is `far` or more.
+    pub(crate) fn way_ahead(&self, from: DVec2, unit: DVec2, far: f64) -> f64 {
+        let mut nearest = f64::INFINITY;
+        let mut along = 0.0;
+        while along <= far.lesser(nearest) {
+            let point = from + unit * along;
+            let tile = self.tile(point);
+            let leap = f64::from(self.gaps[tile]) - self.reach;
+            if leap <= 0.0 {
+                for &wall in &self.near[self.firsts[tile] as usize..self.firsts[tile + 1] as usize] {
+                    let wall = &self.segments[wall as usize];
+                    nearest = nearest.lesser(way_to(wall, (from, unit), self.reach));
+                }
+            }
+            let out = ordered(way_out(point.x, unit.x), way_out(point.y, unit.y)).0 + NUDGE;
+            along += if leap > out { leap } else { out };
+        }
+        if nearest < far { nearest } else { f64::INFINITY }
+    }
+
     /// Returns whether a point is on the map.
     pub(crate) fn is_within(&self, point: DVec2) -> bool {
         let (width, height) = (f64::from(self.width), f64::from(self.height));
@@ -208,6 +229,33 @@ pub(crate) fn is_apart(leg: &Segment, wall: &Segment, reach: f64) -> bool {
     !crosses && far(wall.start, leg) && far(wall.end, leg)
 }
 
+/// How far a point comes in a direction of length 1 until it is nearer to a wall than `reach`; infinity where it never is.
+///
+/// All that near is bounded by two lines beside the wall, and by a circle around each end of it.
+fn way_to(wall: &Segment, (from, unit): (DVec2, DVec2), reach: f64) -> f64 {
+    let (length, direction) = (wall.length(), wall.direction());
+    let along = if length > 0.0 { direction / length } else { DVec2::ZERO };
+    let offset = from - wall.start;
+    let (side, turn) = (along.perp_dot(offset), along.perp_dot(unit));
+    let mut nearest = f64::INFINITY;
+    if side * turn < 0.0 && side.abs() >= reach {
+        let way = (side.abs() - reach) / turn.abs();
+        let place = along.dot(offset + unit * way);
+        if (0.0..=length).contains(&place) {
+            nearest = way;
+        }
+    }
+    for end in [wall.start, wall.end] {
+        let away = from - end;
+        let slope = unit.dot(away);
+        let square = slope * slope - (away.length_squared() - reach * reach);
+        if slope < 0.0 && square > 0.0 {
+            nearest = nearest.lesser((-slope - square.sqrt()).greater(0.0));
+        }
+    }
+    nearest
+}
+
 /// Returns whether a wall is for sure farther than a distance from a line, by its start, its direction of length 1 and its length: if it
 /// lies wholly to one side, behind it or before it. It is asked first, as it takes no roots and no divisions, and is so of most walls.
 fn is_aside((from, unit, length): (DVec2, DVec2, f64), wall: &Segment, distance: f64) -> bool {
@@ -222,7 +270,7 @@ fn is_aside((from, unit, length): (DVec2, DVec2, f64), wall: &Segment, distance:
 
 /// How far a point is from the edge of its tile that it moves towards along one axis, in the direction's lengths.
 fn way_out(coordinate: f64, direction: f64) -> f64 {
-    let inside = coordinate - coordinate.floor();
+    let inside = coordinate - whole(coordinate);
     if direction > 0.0 {
         (1.0 - inside) / direction
     } else if direction < 0.0 {
@@ -230,6 +278,13 @@ fn way_out(coordinate: f64, direction: f64) -> f64 {
     } else {
         f64::INFINITY
     }
+}
+
+/// A coordinate rounded down: without the call that `floor` is on processors of which nothing is known.
+#[expect(clippy::cast_possible_truncation, reason = "the cast stops at both ends, far beyond every map")]
+fn whole(coordinate: f64) -> f64 {
+    let whole = f64::from(coordinate as i32);
+    if whole > coordinate { whole - 1.0 } else { whole }
 }
 
 fn ordered(a: f64, b: f64) -> (f64, f64) {

@@ -17,6 +17,9 @@ const REACH: f64 = 8.0;
 /// How often the search for the wall on a side is halved: to less than a thousandth of a world unit.
 const HALVINGS: u32 = 14;
 
+/// How far from a wall it is known for sure whether a line ends before it, in world units: 2^-20, far above rounding.
+const SURE: f64 = 1.0 / (1u64 << 20) as f64;
+
 /// Directions in which the width is looked at: every 22.5 degrees, by their slopes, nearly.
 const DIRECTIONS: [(f64, f64); 8] =
     [(1.0, 0.0), (12.0, 5.0), (1.0, 1.0), (5.0, 12.0), (0.0, 1.0), (-5.0, 12.0), (-1.0, 1.0), (-12.0, 5.0)];
@@ -227,12 +230,19 @@ fn cut(ground: &Ground, middle: DVec2, unit: DVec2) -> Option<Cut> {
 /// How far it is to the wall in a direction; `None` where it is farther than `longest` or [`REACH`].
 fn end(ground: &Ground, from: DVec2, direction: DVec2, longest: f64) -> Option<f64> {
     let (mut near, mut far) = (0.0, longest.lesser(REACH));
-    if ground.is_clear(from, from + direction * far) {
+    let is_clear = |so_far: f64| ground.is_clear(from, from + direction * so_far);
+    if is_clear(far) {
         return None;
     }
+    if !ground.holds(from) {
+        return Some(near);
+    }
+    let wall = ground.walls.way_ahead(from, direction, far);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (near + far);
-        if ground.is_clear(from, from + direction * middle) {
+        // Far enough from where the wall is it need not be asked.
+        let is_known = wall.is_finite() && (middle - wall).abs() > SURE;
+        if if is_known { middle < wall } else { is_clear(middle) } {
             near = middle;
         } else {
             far = middle;

@@ -39,6 +39,35 @@ fn a_leg_is_clear_where_it_keeps_its_distance_from_every_wall() {
 }
 
 #[test]
+fn a_leg_is_clear_up_to_where_the_wall_ahead_is() {
+    let mut dice = Dice(14);
+    let (mut clear, mut blocked) = (0, 0);
+    for round in 0..24 {
+        let map = if round % 2 == 0 { scattered(&mut dice, 20, 0.1) } else { slanted(&mut dice, 20) };
+        for radius in [0.2, 0.45, 1.4] {
+            let ground = Ground::new(&map, radius).unwrap();
+            for _ in 0..LEGS {
+                let (from, to) = (dice.point(&map), dice.point(&map));
+                let unit = (to - from).normalize_or_zero();
+                if !ground.holds(from) || unit == DVec2::ZERO {
+                    continue;
+                }
+                let wall = ground.walls.way_ahead(from, unit, 8.0);
+                let length = 8.0 * dice.share();
+                let is_clear = ground.is_clear(from, from + unit * length);
+                let is_sure = (length - wall).abs() > 1e-6;
+                assert!(
+                    !is_sure || is_clear == (length < wall),
+                    "round {round}, {radius}, {from}, {to}, {length}"
+                );
+                *(if is_clear { &mut clear } else { &mut blocked }) += 1;
+            }
+        }
+    }
+    assert!(clear > 10_000 && blocked > 10_000, "{clear} {blocked}");
+}
+
+#[test]
 fn a_point_holds_a_circle_where_it_is_open_and_far_from_every_wall() {
     let mut dice = Dice(12);
     for round in 0..12 {
