@@ -17,6 +17,11 @@ use crate::pull::pull;
 /// No node.
 const NONE: u32 = u32::MAX;
 
+/// For so many nodes that are looked at in a search, those of which it is looked back from the goal are as many as those from the start;
+/// from then on one for so many.
+const BACK_AT_ONCE: usize = 1 << 10;
+const BACK_SELDOM: usize = 8;
+
 /// The eight steps, in the order in which ties are decided.
 const STEPS: [(i32, i32); 8] = [(1, 0), (0, 1), (-1, 0), (0, -1), (1, 1), (-1, 1), (-1, -1), (1, -1)];
 
@@ -152,11 +157,13 @@ impl<A: Fn(DVec2) -> bool + Copy> Steps<'_, A> {
     /// Calls with each neighbour of a node to which walls leave a step, its place, and the cost of the step.
     fn each(self, node: u32, mut each: impl FnMut(u32, (i32, i32), u32)) {
         let place = self.lattice.place(node);
+        let rows = self.lattice.around(place);
+        let is_free = |dx: i32, dy: i32| rows[(dy + 1).cast_unsigned() as usize] >> (dx + 1) & 1 == 1;
         for (dx, dy) in STEPS {
-            let next = (place.0 + dx, place.1 + dy);
-            if !self.lattice.is_diagonal_free(place, next) {
+            if !(is_free(dx, dy) && is_free(dx, 0) && is_free(0, dy)) {
                 continue;
             }
+            let next = (place.0 + dx, place.1 + dy);
             let other = self.lattice.node(next.0.cast_unsigned(), next.1.cast_unsigned());
             if (self.is_allowed)(self.lattice.point(other)) {
                 each(other, next, if dx != 0 && dy != 0 { DIAGONAL } else { STRAIGHT });
@@ -208,7 +215,9 @@ impl Memory {
             if goals.contains(&node) {
                 return Some(self.trace(node));
             }
-            if back == Back::Open {
+            // Where the goal is not closed in narrowly, it may be looked at more slowly.
+            let is_narrow = self.expanded < BACK_AT_ONCE;
+            if back == Back::Open && (is_narrow || self.expanded.is_multiple_of(BACK_SELDOM)) {
                 back = self.go_back(steps);
             }
             if back == Back::Closed {

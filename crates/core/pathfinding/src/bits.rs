@@ -25,6 +25,14 @@ impl Bits {
         self.words[row * self.words_a_row + bit / 64] >> (bit % 64) & 1 == 1
     }
 
+    /// Returns in the three lowest bits which of a place, the one before it and the one behind it are free, the one before it lowest.
+    pub(crate) fn around(&self, row: i32, place: i32) -> u64 {
+        let (row, bit) = ((row + 1).cast_unsigned() as usize, place.cast_unsigned() as usize);
+        let (word, shift) = (row * self.words_a_row + bit / 64, bit % 64);
+        let next = if shift > 61 { self.words[word + 1] << (64 - shift) } else { 0 };
+        (self.words[word] >> shift | next) & 0b111
+    }
+
     /// Returns the first place behind `place` in the row at which a straight run has to be looked at: the goal, or a place
     /// beside which a bit is free while the one before it is not. `None` where the run ends before.
     pub(crate) fn jump(&self, row: u32, place: u32, goal: Option<u32>) -> Option<u32> {

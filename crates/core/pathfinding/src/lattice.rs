@@ -121,6 +121,11 @@ impl Lattice {
         self.is_free(to.0, to.1) && self.is_free(from.0, to.1) && self.is_free(to.0, from.1)
     }
 
+    /// Returns which of the nodes in the square of nine around one are free, row by row: in each the left one is the lowest bit.
+    pub(crate) fn around(&self, place: (i32, i32)) -> [u64; 3] {
+        [-1, 0, 1].map(|dy| self.lines[0].around(place.1 + dy, place.0))
+    }
+
     /// Returns the next node of a straight run along an axis that has to be looked at; see [`Bits::jump`].
     pub(crate) fn jump(&self, from: (i32, i32), step: (i32, i32), goal: (i32, i32)) -> Option<(i32, i32)> {
         let (x, y) = (from.0.cast_unsigned(), from.1.cast_unsigned());

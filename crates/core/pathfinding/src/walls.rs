@@ -71,7 +71,8 @@ impl Walls {
     /// units.
     pub(crate) fn roomiest(&self, point: DVec2) -> (DVec2, f64) {
         let low = DVec2::new(point.x.floor(), point.y.floor());
-        let steps = |point: DVec2| if self.is_within(point) { f64::from(self.steps[self.tile(point)]) } else { 0.0 };
+        let steps =
+            |point: DVec2| if self.is_within(point) { f64::from(self.steps[self.tile(point)]) } else { 0.0 };
         let middle = low + 0.5;
         let mut best = (middle, steps(middle) - 0.5);
         for aside in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)].map(DVec2::from) {
