@@ -108,7 +108,7 @@ impl Walls {
         while along <= length {
             let point = from + unit * along;
             let tile = self.tile(point);
-            let leap = f64::from(self.steps[tile]) - (self.reach + 1.0);
+            let leap = self.leap(tile);
             if leap <= 0.0 {
                 for &wall in &self.near[self.firsts[tile] as usize..self.firsts[tile + 1] as usize] {
                     let segment = &self.segments[wall as usize];
@@ -119,8 +119,7 @@ impl Walls {
                     last = wall;
                 }
             }
-            let out = ordered(way_out(point.x, unit.x), way_out(point.y, unit.y)).0 + NUDGE;
-            along += if leap > out { leap } else { out };
+            along += leap.greater(way_out(point, unit));
         }
         None
     }
@@ -133,17 +132,21 @@ impl Walls {
         while along <= far.lesser(nearest) {
             let point = from + unit * along;
             let tile = self.tile(point);
-            let leap = f64::from(self.gaps[tile]) - self.reach;
+            let leap = self.leap(tile);
             if leap <= 0.0 {
                 for &wall in &self.near[self.firsts[tile] as usize..self.firsts[tile + 1] as usize] {
                     let wall = &self.segments[wall as usize];
                     nearest = nearest.lesser(way_to(wall, (from, unit), self.reach));
                 }
             }
-            let out = ordered(way_out(point.x, unit.x), way_out(point.y, unit.y)).0 + NUDGE;
-            along += if leap > out { leap } else { out };
+            along += leap.greater(way_out(point, unit));
         }
         if nearest < far { nearest } else { f64::INFINITY }
+    }
+
+    /// How far it is from every point of a tile at least to where a circle touches a wall; negative where it may be within the tile.
+    fn leap(&self, tile: usize) -> f64 {
+        f64::from(self.steps[tile]) - (self.reach + 1.0)
     }
 
     /// Returns whether a point is on the map.
@@ -269,8 +272,13 @@ fn is_aside((from, unit, length): (DVec2, DVec2, f64), wall: &Segment, distance:
         || (ahead < -distance && other_ahead < -distance)
 }
 
+/// How far a point comes in a direction of length 1 until it is just out of its tile.
+fn way_out(point: DVec2, unit: DVec2) -> f64 {
+    way_to_edge(point.x, unit.x).lesser(way_to_edge(point.y, unit.y)) + NUDGE
+}
+
 /// How far a point is from the edge of its tile that it moves towards along one axis, in the direction's lengths.
-fn way_out(coordinate: f64, direction: f64) -> f64 {
+fn way_to_edge(coordinate: f64, direction: f64) -> f64 {
     let inside = coordinate - whole(coordinate);
     if direction > 0.0 {
         (1.0 - inside) / direction
