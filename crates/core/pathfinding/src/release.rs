@@ -16,6 +16,7 @@ mod lanes;
 mod order;
 mod releasing;
 mod schedule;
+mod slots;
 mod streets;
 mod stretch;
 mod traffic;

@@ -1,17 +1,20 @@
 //! Where circles start and where they go, and the legs at both ends.
 
+use std::collections::BTreeSet;
+
 use glam::DVec2;
 
 use super::assign::{Assignment, Sight, lanes};
 use super::bundle::{self, Bundle};
 use super::error::ReleaseError;
-use super::lanes::Lanes;
+use super::lanes::{Lanes, Passing};
 use super::schedule::{Goals, Group};
+use super::slots::{Passage, Timing};
 use super::trajectory::Trajectory;
 use super::trunk::Trunk;
 use crate::around::Detours;
 use crate::ground::{Ground, MARGIN};
-use crate::planner::Planner;
+use crate::planner::{Planner, length};
 use crate::work::PATH;
 
 /// A circle that is to go.
@@ -23,6 +26,8 @@ pub(crate) struct Start {
     pub(crate) point: DVec2,
     /// Which goals it may have: those of the same stream.
     pub(crate) stream: usize,
+    /// How it passes the narrow place; `None` where nothing is narrow.
+    pub(crate) passage: Option<Passage>,
     /// Who is nearer to where all have to pass goes first, in world units.
     pub(crate) distance: f64,
     /// As far as the way does not depend on the goal.
@@ -51,8 +56,8 @@ pub(crate) struct Ends {
     pub(crate) goals: Vec<Goal>,
     /// The goals of each stream, those that are to be taken first before the others.
     pub(crate) streams: Vec<Vec<usize>>,
-    /// The most lanes by which a group goes.
-    pub(crate) lanes_max: usize,
+    /// How else narrow places can be passed.
+    pub(crate) passings: BTreeSet<Passing>,
 }
 
 /// Circles a lane that are shared out at a time where all go side by side: so that places behind are taken before those before them.
@@ -63,8 +68,8 @@ const AT_A_TIME: usize = 12;
 pub(crate) enum Plan {
     /// Side by side wherever that ends earlier, in so many lanes at most.
     SideBySide { lanes_max: usize },
-    /// On the shortest way; through narrow places so many lanes fewer than let most circles through.
-    Shortest { fewer_lanes: usize },
+    /// On the shortest way, passing narrow places so.
+    Shortest(Passing),
 }
 
 /// A group that is taken in circle by circle.
@@ -72,6 +77,7 @@ pub(crate) enum Plan {
 pub(crate) struct Adding {
     number: usize,
     trunk: Trunk,
+    timing: Timing,
     /// How many lanes side by side are tried next.
     untried: Option<usize>,
     /// How the starts and the goals look from the narrow place, as far as it was looked.
@@ -105,27 +111,31 @@ impl Adding {
         }
         let ground = planner.ground();
         let (from, to) = (middle_of(&group.starts), middle_of(&group.goals));
-        let fewer_lanes = match plan {
-            Plan::SideBySide { .. } => 0,
-            Plan::Shortest { fewer_lanes } => fewer_lanes,
+        let passing = match plan {
+            Plan::SideBySide { .. } => Passing::Densest,
+            Plan::Shortest(passing) => passing,
         };
         let lanes_of = |path: &[DVec2]| {
             if circles == 1 {
                 return Lanes::none();
             }
-            Lanes::new(ground, group, path, reach_of(ground)).without(fewer_lanes)
+            let (lanes, reach) = (Lanes::new(ground, group, path, reach_of(ground)), reach_of(ground));
+            ends.passings
+                .extend(Passing::ALL.into_iter().filter(|&other| lanes.passed(other, reach).is_some()));
+            lanes.passed(passing, reach).unwrap_or(lanes)
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
-        ends.lanes_max = ends.lanes_max.max(trunk.lanes.count);
         let untried = match plan {
             Plan::SideBySide { lanes_max } if trunk.has_turns => {
                 Some(bundle::lanes_max(circles).min(lanes_max))
             }
-            Plan::SideBySide { .. } | Plan::Shortest { .. } => None,
+            Plan::SideBySide { .. } | Plan::Shortest(_) => None,
         };
+        let timing = if passing == Passing::InSlots { Timing::InSlots } else { Timing::Anytime };
         Ok(Some(Self {
             number,
             trunk,
+            timing,
             untried: untried.filter(|&lanes| lanes > 1),
             starts: Vec::new(),
             goals: Vec::new(),
@@ -236,11 +246,18 @@ impl Adding {
         let lane = self.start_lanes[index];
         let point = group.starts[index];
         let legs = self.trunk.entry(planner, lane, point)?;
+        let passage = self.side_by_side().is_none().then(|| Passage {
+            lane,
+            distance: length(point, &legs),
+            spacing: self.trunk.lanes.spacing(reach_of(planner.ground())),
+            timing: self.timing,
+        });
         ends.starts.push(Start {
             group: self.number,
             index,
             point,
             stream: self.first_stream + if is_own { index } else { lane },
+            passage,
             distance: self.starts[index].distance,
             trajectory: Trajectory::new(point, &legs, 1.0),
             legs,
@@ -298,6 +315,7 @@ impl Adding {
             index,
             point,
             stream,
+            passage: None,
             distance: self.starts[index].distance,
             trajectory: Trajectory::new(point, &legs, 1.0),
             legs,

@@ -21,6 +21,11 @@ const STRAIGHT_MAX: f64 = 4.0;
 /// How far apart neighbouring lanes are where they have turned, in reaches: there nobody stands in the gaps of others.
 const APART: f64 = 1.05;
 
+/// Returns how far circles have to be behind each other that turn so.
+pub(crate) fn spacing(reach: f64) -> f64 {
+    reach / (0.5 * (1.0 + TURN.0)).sqrt()
+}
+
 /// The end of a lane at a narrow place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gate {

@@ -4,6 +4,7 @@ use glam::DVec2;
 use maniple_geometry::{Scalar, Segment};
 
 use super::bundle::Bundle;
+use super::fan;
 use super::schedule::{Goals, Group};
 use crate::ground::Ground;
 use crate::planner::length;
@@ -32,6 +33,31 @@ const AS_NARROW: f64 = 0.05;
 
 /// More lanes than these are not worth the work: so wide a place is none to be narrow.
 const LANES_MAX: usize = 12;
+
+/// Circles that have to stand exactly in the gaps of others would have no room for what is rounded.
+const SLACK: f64 = 1.0005;
+
+/// How far lanes are apart so that circles in one need not look at those in the next, in reaches.
+const APART: f64 = 1.05;
+
+/// How lanes lead through narrow places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Passing {
+    /// In as many as let most circles through.
+    Densest,
+    /// In as many, but in slots.
+    InSlots,
+    /// In as many as are wholly apart.
+    Apart,
+    /// In half as many as let most circles through.
+    Half,
+    /// In one.
+    OneByOne,
+}
+
+impl Passing {
+    pub(crate) const ALL: [Self; 5] = [Self::Densest, Self::InSlots, Self::Apart, Self::Half, Self::OneByOne];
+}
 
 /// A line across a path on which the middle of a circle has room.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -121,10 +147,29 @@ impl Lanes {
         Self { cuts: Vec::new(), count: 1, density: None }
     }
 
-    /// Returns the same with so many lanes fewer, but at least one.
-    pub(crate) fn without(mut self, fewer: usize) -> Self {
-        self.count = self.count.saturating_sub(fewer).max(1);
-        self
+    /// Returns the same passed in another way; `None` where that is no other.
+    pub(crate) fn passed(&self, passing: Passing, reach: f64) -> Option<Self> {
+        let width = self.cuts.iter().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
+        let fewer = |count: usize| (count < self.count).then(|| Self { count, ..self.clone() });
+        match passing {
+            Passing::Densest => Some(self.clone()),
+            Passing::InSlots => {
+                (self.count > 1 && width / ((self.count - 1) as f64) < reach).then(|| self.clone())
+            }
+            Passing::Apart => {
+                let is_apart = |&lanes: &usize| lanes == 1 || width >= APART * reach * (lanes - 1) as f64;
+                fewer((1..self.count).rev().find(is_apart)?)
+            }
+            Passing::Half => fewer(self.count.div_ceil(2)),
+            Passing::OneByOne => fewer(1),
+        }
+    }
+
+    /// Returns how far circles in a lane are behind each other where all keep to slots.
+    pub(crate) fn spacing(&self, reach: f64) -> f64 {
+        let width = self.cuts.iter().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
+        let staggered = self.count as f64 / density(width, self.count, reach);
+        staggered.greater(fan::spacing(reach)) * SLACK
     }
 
     /// Returns whether these are the lanes of a bundle.
@@ -162,22 +207,31 @@ pub(crate) fn last_narrow_place(ground: &Ground, from: DVec2, legs: &[DVec2]) ->
 /// stand in the gaps, so that circles in one lane are at least `2 √(reach² - h²)` apart; lanes that are next but one must
 /// not touch, which needs `h >= reach / 2` from the third on.
 pub(crate) fn best(width: f64, reach: f64) -> (usize, f64) {
-    let (mut count, mut density) = (1, 1.0 / reach);
+    let (mut count, mut most) = (1, 1.0 / reach);
     if !width.is_finite() {
         return (usize::MAX, f64::INFINITY);
     }
     for lanes in 2..=LANES_MAX + 1 {
-        let apart = width / (lanes - 1) as f64;
-        if lanes > 2 && apart < reach * 0.5 {
+        if lanes > 2 && width < reach * 0.5 * (lanes - 1) as f64 {
             break;
         }
-        let stagger = reach * reach - apart * apart;
-        let spacing = if stagger > 0.0 { (2.0 * stagger.sqrt()).greater(reach) } else { reach };
-        if lanes as f64 / spacing > density {
-            (count, density) = (lanes, lanes as f64 / spacing);
+        let dense = density(width, lanes, reach);
+        if dense > most {
+            (count, most) = (lanes, dense);
         }
     }
-    (count, density)
+    (count, most)
+}
+
+/// How many circles a world unit of way pass in so many lanes.
+fn density(width: f64, lanes: usize, reach: f64) -> f64 {
+    if lanes == 1 {
+        return 1.0 / reach;
+    }
+    let apart = width / (lanes - 1) as f64;
+    let stagger = reach * reach - apart * apart;
+    let spacing = if stagger > 0.0 { (2.0 * stagger.sqrt()).greater(reach) } else { reach };
+    lanes as f64 / spacing
 }
 
 /// The narrowest cut at each of the points along a path; `None` where it is wide, or not all of the group pass.

@@ -142,6 +142,22 @@ impl Order {
             .or_else(|| find(Care::Any, &of_all))
     }
 
+    /// Returns others of the same lane who could go with the same care, each with the first goal of its stream that it can go to.
+    pub(crate) fn others(
+        &self,
+        ends: &Ends,
+        first: usize,
+        (care, count): (Care, usize),
+    ) -> Vec<(usize, usize)> {
+        let lane = |number: usize| {
+            let start = &ends.starts[number];
+            start.passage.map(|passage| (start.group, passage.lane))
+        };
+        let is_of_lane =
+            |number: usize| number != first && lane(number).is_some() && lane(number) == lane(first);
+        self.all(ends, care, &is_of_lane).take(count).collect()
+    }
+
     /// Returns how many wait.
     pub(crate) fn waiting(&self) -> usize {
         self.waiting.len()
@@ -170,23 +186,33 @@ impl Order {
     /// The first circle of those that wait and are meant who can go with this care, and the first goal of its stream that it can go
     /// to.
     fn find(&self, ends: &Ends, care: Care, is_meant: &dyn Fn(usize) -> bool) -> Option<(usize, usize)> {
+        self.all(ends, care, is_meant).next()
+    }
+
+    /// All such circles.
+    fn all<'a>(
+        &'a self,
+        ends: &'a Ends,
+        care: Care,
+        is_meant: &'a dyn Fn(usize) -> bool,
+    ) -> impl Iterator<Item = (usize, usize)> + 'a {
         // The stream that was looked at last has no such goal.
         let mut hopeless = None;
-        for &number in &self.waiting {
+        self.waiting.iter().filter_map(move |&number| {
             let stream = ends.starts[number].stream;
             let can_go = care.takes(self.start_blocked[number]) && is_meant(number);
             if !can_go || hopeless == Some(stream) || self.put_off.contains(&number) {
-                continue;
+                return None;
             }
             let is_good = |&&goal: &&usize| {
                 care.takes(self.goal_blocked[goal]) && (care != Care::Free || self.covered[goal] == 0)
             };
-            match self.free[stream].iter().find(is_good) {
-                Some(&goal) => return Some((number, goal)),
-                None => hopeless = Some(stream),
+            let goal = self.free[stream].iter().find(is_good);
+            if goal.is_none() {
+                hopeless = Some(stream);
             }
-        }
-        None
+            goal.map(|&goal| (number, goal))
+        })
     }
 
     /// Notes that a circle has left for a goal.

@@ -6,8 +6,10 @@ use maniple_geometry::{Circle, Scalar};
 
 use super::ends::{Adding, Ends, Plan, reach_of};
 use super::error::ReleaseError;
+use super::lanes::Passing;
 use super::order::{Care, Order};
 use super::schedule::{Group, Moving, Request, Schedule, Walk};
+use super::slots::{Passed, Slots};
 use super::traffic::{Planned, Traffic};
 use super::trajectory::Trajectory;
 use crate::around::{Detours, Memory};
@@ -27,9 +29,8 @@ const GOALS: usize = 1 << 24;
 const STILL: usize = 1 << 25;
 const MOVING: usize = 1 << 26;
 
-/// Lanes that are tried on the shortest way: as many as let most circles through side by side, and one fewer, since circles that come
-/// from aside need more room where they turn; and, as long as there is no schedule, so many fewer.
-const FEWER_LANES_MAX: usize = 3;
+/// Others of a lane who are looked at where one would leave it empty for long.
+const OTHERS_MAX: usize = 3;
 
 /// A search for a schedule that goes on by as much as it is told to, so that it can be spread over cycles. How much that is does not
 /// change what comes of it.
@@ -130,7 +131,6 @@ impl Releasing {
         let Some(ended) = attempt.step(tools, (groups, surroundings, *reliance), work)? else {
             return Ok(None);
         };
-        let next = attempt.next(ended.stuck.is_some());
         let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
         let is_better = match &self.best {
             None => true,
@@ -139,8 +139,9 @@ impl Releasing {
         if is_better {
             self.best = Some(ended);
         }
-        match next {
-            Some(plan) if *reliance == Reliance::OnAll && !was_enough => *attempt = Attempt::new(plan),
+        let is_stuck = self.best.as_ref().is_none_or(|best| best.stuck.is_some());
+        match attempt.next(is_stuck) {
+            Some(plan) if *reliance == Reliance::OnAll => *attempt = Attempt::new(plan),
             Some(_) | None => return Ok(self.best.take()),
         }
         Ok(None)
@@ -199,6 +200,7 @@ struct Departures {
     crowd: Crowd,
     /// For how many of those who wait a way around the others has been looked for since the last departure.
     detours_tried: usize,
+    passed: Passed,
 }
 
 /// A circle that has been found a departure.
@@ -215,22 +217,21 @@ impl Attempt {
         Self { plan, side_by_side: None, ends: Ends::default(), stage }
     }
 
-    /// Returns what is tried next, if anything is, when this attempt has got stuck or not.
+    /// Returns what is tried next, if anything is, when all attempts have got stuck or not.
     ///
     /// Side by side all are as fast as they can be; with fewer lanes they are stuck less often.
     fn next(&self, is_stuck: bool) -> Option<Plan> {
-        match (self.plan, self.side_by_side) {
-            (_, Some(lanes)) if is_stuck && lanes > 3 => Some(Plan::SideBySide { lanes_max: lanes / 2 }),
-            (_, Some(_)) if is_stuck => Some(Plan::Shortest { fewer_lanes: 0 }),
-            (_, Some(_)) => None,
-            // Where nobody has a lane to give up, the next attempt would be the same.
-            (_, None) if self.ends.lanes_max <= 1 => None,
-            // No group goes side by side: it was the shortest way.
-            (Plan::SideBySide { .. }, None) => Some(Plan::Shortest { fewer_lanes: 1 }),
-            (Plan::Shortest { fewer_lanes }, None) => {
-                (fewer_lanes < FEWER_LANES_MAX).then_some(Plan::Shortest { fewer_lanes: fewer_lanes + 1 })
+        let passed = match (self.plan, self.side_by_side) {
+            (_, Some(lanes)) if is_stuck && lanes > 3 => {
+                return Some(Plan::SideBySide { lanes_max: lanes / 2 });
             }
-        }
+            (_, Some(_)) => return is_stuck.then_some(Plan::Shortest(Passing::Densest)),
+            // No group goes side by side: it was the shortest way.
+            (Plan::SideBySide { .. }, None) => Passing::Densest,
+            (Plan::Shortest(passing), None) => passing,
+        };
+        let is_worth_it = |&passing: &Passing| passing > passed && (is_stuck || passing <= Passing::Apart);
+        self.ends.passings.iter().copied().find(is_worth_it).map(Plan::Shortest)
     }
 
     /// Does one part more; returns what came of the attempt when it has ended.
@@ -304,7 +305,8 @@ impl Departures {
         }
         let walks = groups.iter().map(|group| vec![None; group.starts.len()]).collect();
         let speed = surroundings.speed;
-        Self { order, walks, makespan: 0.0, speed, traffic, never: BTreeSet::new(), crowd, detours_tried: 0 }
+        let (never, passed) = (BTreeSet::new(), Passed::new(speed));
+        Self { order, walks, makespan: 0.0, speed, traffic, never, crowd, detours_tried: 0, passed }
     }
 
     /// Tries who goes next, or a way around all others for one of the first of those who wait; returns what came of all when nobody is
@@ -340,16 +342,41 @@ impl Departures {
                 return Ok(Some(self.ended(Some(ReleaseError::NoDeparture { group, circle, from }))));
             }
         }
-        let Some((choice, _)) = next else { return Ok(None) };
-        let mut departing = self.by_own_way(ends, choice, work);
-        if departing.is_none() {
-            departing = self.detour(tools, ends, choice.0, work)?;
-        }
-        match departing {
-            Some(departing) => self.depart(tools, ends, departing),
-            None => self.order.put_off(choice.0),
+        let Some((choice, care)) = next else { return Ok(None) };
+        if let Some(first) = self.by_own_way(ends, choice, work) {
+            let soonest = self.soonest(ends, first, care, work);
+            self.passed.take(&ends.starts[soonest.start], soonest.departure);
+            self.depart(tools, ends, soonest);
+        } else if let Some(departing) = self.detour(tools, ends, choice.0, work)? {
+            self.depart(tools, ends, departing);
+        } else {
+            self.order.put_off(choice.0);
         }
         Ok(None)
+    }
+
+    /// The departure of one who goes by its own way, or, where it would leave its lane empty for long, that of another who does not.
+    fn soonest(&mut self, ends: &Ends, first: Departing, care: Care, work: &mut Work) -> Departing {
+        let passes = |departures: &Self, departing: &Departing| {
+            let passage = ends.starts[departing.start].passage?;
+            Some((
+                departures.passed.moment(passage, departing.departure),
+                0.5 * passage.spacing / departures.speed,
+            ))
+        };
+        let mut soonest = first;
+        if care > Care::Open || !self.passed.is_late(&ends.starts[soonest.start], soonest.departure) {
+            return soonest;
+        }
+        for choice in self.order.others(ends, soonest.start, (care, OTHERS_MAX)) {
+            let Some(other) = self.by_own_way(ends, choice, work) else { continue };
+            if let Some(((moment, much), (before, _))) = passes(self, &other).zip(passes(self, &soonest))
+                && moment + much < before
+            {
+                soonest = other;
+            }
+        }
+        soonest
     }
 
     fn ended(&mut self, stuck: Option<ReleaseError>) -> Ended {
@@ -364,7 +391,8 @@ impl Departures {
         let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
         let legs = [&start.legs[..], &goal.legs].concat();
         let trajectory = Trajectory::new(start.point, &legs, self.speed);
-        let departing = self.departing(choice, trajectory, work);
+        let slots = self.passed.departures(start);
+        let departing = self.departing(choice, (trajectory, slots), work);
         if departing.is_none() {
             self.never.insert(choice);
         }
@@ -374,11 +402,11 @@ impl Departures {
     fn departing(
         &mut self,
         (start, goal): (usize, usize),
-        trajectory: Trajectory,
+        (trajectory, slots): (Trajectory, Option<Slots>),
         work: &mut Work,
     ) -> Option<Departing> {
         let before = self.traffic.looks;
-        let departure = self.traffic.earliest(&trajectory, 0.0);
+        let departure = self.traffic.earliest(&trajectory, slots);
         work.add(self.traffic.looks - before);
         departure.map(|departure| Departing { start, goal, departure, trajectory })
     }
@@ -401,7 +429,7 @@ impl Departures {
             work.add(PATH / 8 + tools.detours.expanded() as u64);
             let Some(legs) = legs else { continue };
             let trajectory = Trajectory::new(start.point, &legs, self.speed);
-            found = self.departing((number, goal), trajectory, work);
+            found = self.departing((number, goal), (trajectory, None), work);
             if found.is_some() {
                 break;
             }

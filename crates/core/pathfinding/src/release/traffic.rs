@@ -4,6 +4,7 @@ use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::conflict::{Span, forbid};
+use super::slots::Slots;
 use super::streets::Streets;
 use super::trajectory::Trajectory;
 
@@ -62,9 +63,9 @@ impl Traffic {
         self.planned.push(planned);
     }
 
-    /// Returns the earliest moment, not before `from`, at which a circle can depart without ever coming nearer to any other than
-    /// both radii and the margin; `None` where there is none.
-    pub(crate) fn earliest(&mut self, trajectory: &Trajectory, from: f64) -> Option<f64> {
+    /// Returns the earliest moment, not before 0, at which a circle can depart without ever coming nearer to any other than both radii
+    /// and the margin; `None` where there is none. Where there are slots, it is one of them.
+    pub(crate) fn earliest(&mut self, trajectory: &Trajectory, slots: Option<Slots>) -> Option<f64> {
         let Self { streets, last, spans, .. } = self;
         spans.clear();
         last.clear();
@@ -92,23 +93,24 @@ impl Traffic {
             });
         }
         spans.extend(last.iter().flatten());
-        self.first_in_none(from)
+        self.first_in_none(slots)
     }
 
-    /// The first moment from one on that is in no span.
-    fn first_in_none(&mut self, from: f64) -> Option<f64> {
+    /// The first moment that is in no span.
+    fn first_in_none(&mut self, slots: Option<Slots>) -> Option<f64> {
+        let not_before = |moment: f64| slots.map_or(moment, |slots| slots.not_before(moment));
         let widened = |span: &mut Span| {
             *span = Span { from: span.from - SLIT, to: span.to + SLIT };
-            span.to > from
+            span.to > 0.0
         };
         self.spans.retain_mut(widened);
         self.spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
-        let mut departure = from;
+        let mut departure = not_before(0.0);
         for span in &self.spans {
             if span.from >= departure {
                 break;
             }
-            departure = departure.greater(span.to);
+            departure = departure.greater(not_before(span.to));
         }
         departure.is_finite().then_some(departure)
     }
@@ -123,14 +125,14 @@ mod tests {
     const MARGIN: f64 = 0.001;
 
     /// The slow twin: pair by pair, and piece by piece.
-    fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory, from: f64) -> Option<f64> {
+    fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory) -> Option<f64> {
         let mut one_by_one = Traffic::new(traffic.radius, MARGIN);
         for other in &traffic.planned {
             let usual = traffic.gap + other.radius;
             let reach = reach_from(trajectory.start(), other.trajectory.start(), usual);
             forbid(trajectory, (&other.trajectory, other.departure), reach, &mut one_by_one.spans);
         }
-        one_by_one.first_in_none(from)
+        one_by_one.first_in_none(None)
     }
 
     #[test]
@@ -154,8 +156,8 @@ mod tests {
             let mut traffic = Traffic::new(RADIUS, MARGIN);
             for circle in 0..20 {
                 let asked = trajectory(&mut dice);
-                let found = traffic.earliest(&asked, 0.0);
-                let expected = earliest_by_pairs(&traffic, &asked, 0.0);
+                let found = traffic.earliest(&asked, None);
+                let expected = earliest_by_pairs(&traffic, &asked);
                 assert_eq!(found, expected, "seed {seed}, circle {circle}");
                 later += usize::from(found.is_some_and(|departure| departure > 0.0));
                 never += usize::from(found.is_none());

@@ -1,0 +1,101 @@
+//! When the lanes of narrow places are passed.
+//!
+//! Where neighbouring lanes are nearer to each other than circles, and circles stand in each other's gaps, whoever comes a little late takes
+//! the gap of two. So it can be asked that each lane is passed in slots: by at most one in each, all of the same length, those of every
+//! second lane half a slot later.
+
+use std::collections::BTreeMap;
+
+use super::ends::Start;
+
+/// How a circle passes the narrow place of its group.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Passage {
+    /// By which lane, counted from the left.
+    pub(crate) lane: usize,
+    /// How far it is from the start to the end of the narrow place, in world units.
+    pub(crate) distance: f64,
+    /// How far circles of a lane are behind each other, in world units.
+    pub(crate) spacing: f64,
+    /// Whether they keep to slots of that length.
+    pub(crate) timing: Timing,
+}
+
+/// When a lane is passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Timing {
+    /// Whenever there is room.
+    Anytime,
+    /// In slots.
+    InSlots,
+}
+
+/// Moments of which one is as far from the next as from the one before, in cycles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Slots {
+    /// One of them.
+    one: f64,
+    period: f64,
+}
+
+impl Slots {
+    /// Returns the first that is not before a moment.
+    pub(crate) fn not_before(self, moment: f64) -> f64 {
+        if !moment.is_finite() {
+            return moment;
+        }
+        let slot = self.one + ((moment - self.one) / self.period).ceil() * self.period;
+        // Rounding may have lost a little.
+        if slot < moment { slot + self.period } else { slot }
+    }
+}
+
+/// Who has passed the narrow places.
+#[derive(Clone, Debug)]
+pub(crate) struct Passed {
+    speed: f64,
+    /// When slots begin in the first lane of each group, and every second one from there.
+    first: BTreeMap<usize, f64>,
+    /// When a lane of a group was passed last.
+    last: BTreeMap<(usize, usize), f64>,
+}
+
+impl Passed {
+    pub(crate) fn new(speed: f64) -> Self {
+        Self { speed, first: BTreeMap::new(), last: BTreeMap::new() }
+    }
+
+    /// Returns when a circle passes the narrow place that departs at a moment.
+    pub(crate) fn moment(&self, passage: Passage, departure: f64) -> f64 {
+        departure + passage.distance / self.speed
+    }
+
+    /// Returns when a circle may depart; `None` where it may at any time.
+    pub(crate) fn departures(&self, start: &Start) -> Option<Slots> {
+        let passage = start.passage.filter(|passage| passage.timing == Timing::InSlots)?;
+        let first = self.first.get(&start.group)? + self.phase(passage);
+        Some(Slots { one: first - passage.distance / self.speed, period: passage.spacing / self.speed })
+    }
+
+    /// Returns whether a lane is left empty for long before a circle passes that departs at a moment.
+    pub(crate) fn is_late(&self, start: &Start, departure: f64) -> bool {
+        let last =
+            start.passage.and_then(|passage| Some((passage, self.last.get(&(start.group, passage.lane))?)));
+        last.is_some_and(|(passage, last)| {
+            self.moment(passage, departure) - last > 1.5 * passage.spacing / self.speed
+        })
+    }
+
+    /// Notes that a circle departs at a moment.
+    pub(crate) fn take(&mut self, start: &Start, departure: f64) {
+        let Some(passage) = start.passage else { return };
+        let (moment, phase) = (self.moment(passage, departure), self.phase(passage));
+        self.first.entry(start.group).or_insert(moment - phase);
+        self.last.insert((start.group, passage.lane), moment);
+    }
+
+    /// How much later than those of the first lane the slots of a lane begin, in cycles.
+    fn phase(&self, passage: Passage) -> f64 {
+        if passage.lane.is_multiple_of(2) { 0.0 } else { 0.5 * passage.spacing / self.speed }
+    }
+}
