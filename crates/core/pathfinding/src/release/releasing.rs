@@ -1,14 +1,17 @@
 //! The search for a schedule, part by part.
 
+mod exchange;
+
 use std::collections::BTreeSet;
 
 use maniple_geometry::{Circle, Scalar};
 
+use self::exchange::Departed;
 use super::ends::{Adding, Ends, Plan, reach_of};
 use super::error::ReleaseError;
 use super::lanes::Passing;
 use super::order::{Care, Order};
-use super::schedule::{Group, Moving, Request, Schedule, Walk};
+use super::schedule::{Goals, Group, Moving, Request, Schedule, Walk};
 use super::slots::{Passed, Slots};
 use super::traffic::{Planned, Traffic};
 use super::trajectory::Trajectory;
@@ -191,7 +194,9 @@ enum Stage {
 struct Departures {
     order: Order,
     walks: Vec<Vec<Option<Walk>>>,
-    makespan: f64,
+    departed: Vec<Departed>,
+    /// By group whether anybody may go to any goal.
+    is_interchangeable: Vec<bool>,
     speed: f64,
     traffic: Traffic,
     /// Starts and goals between which the way is never free any more: whoever is on the way stays a part of the traffic.
@@ -292,7 +297,7 @@ impl Departures {
         let mut crowd = Crowd::new();
         for (number, circle) in surroundings.still.iter().enumerate() {
             let trajectory = Trajectory::still(circle.center);
-            traffic.push(Planned { trajectory, departure: 0.0, radius: circle.radius });
+            let _ = traffic.push(Planned { trajectory, departure: 0.0, radius: circle.radius });
             crowd.insert(STILL + number, circle.center, radius + circle.radius + MARGIN);
         }
         for (number, moving) in surroundings.moving.iter().enumerate() {
@@ -306,7 +311,20 @@ impl Departures {
         let walks = groups.iter().map(|group| vec![None; group.starts.len()]).collect();
         let speed = surroundings.speed;
         let (never, passed) = (BTreeSet::new(), Passed::new(speed));
-        Self { order, walks, makespan: 0.0, speed, traffic, never, crowd, detours_tried: 0, passed }
+        let is_interchangeable = groups.iter().map(|group| group.whose == Goals::Interchangeable).collect();
+        let departed = Vec::new();
+        Self {
+            order,
+            walks,
+            departed,
+            is_interchangeable,
+            speed,
+            traffic,
+            never,
+            crowd,
+            detours_tried: 0,
+            passed,
+        }
     }
 
     /// Tries who goes next, or a way around all others for one of the first of those who wait; returns what came of all when nobody is
@@ -335,6 +353,13 @@ impl Departures {
                     self.depart(tools, ends, departing);
                 }
                 return Ok(None);
+            }
+            if !is_any_left && reliance == Reliance::OnAll {
+                for number in self.order.first(DETOURS_MAX) {
+                    if self.exchange(tools, ends, number, work)? {
+                        return Ok(None);
+                    }
+                }
             }
             if !is_any_left || reliance == Reliance::OnNobody {
                 let start = &ends.starts[self.order.first(1)[0]];
@@ -380,7 +405,10 @@ impl Departures {
     }
 
     fn ended(&mut self, stuck: Option<ReleaseError>) -> Ended {
-        Ended { walks: std::mem::take(&mut self.walks), makespan: self.makespan, stuck }
+        let walks = std::mem::take(&mut self.walks);
+        let arrivals = walks.iter().flatten().flatten().map(|walk| walk.arrival);
+        let makespan = arrivals.fold(0.0, Scalar::greater);
+        Ended { walks, makespan, stuck }
     }
 
     /// A departure for the way that was planned for a start and a goal.
@@ -441,15 +469,23 @@ impl Departures {
     fn depart(&mut self, tools: &Tools<'_>, ends: &Ends, departing: Departing) {
         let Departing { start: number, goal: goal_number, departure, trajectory } = departing;
         let (start, goal) = (&ends.starts[number], &ends.goals[goal_number]);
-        let arrival = departure + trajectory.duration();
-        let legs = trajectory.legs().iter().map(|leg| leg.stretch.end).collect();
-        self.walks[start.group][start.index] = Some(Walk { goal: goal.index, departure, arrival, legs });
-        self.makespan = arrival.greater(self.makespan);
         let reach = tools.reach();
         self.crowd.remove(number, start.point, reach);
         self.crowd.insert(GOALS + goal_number, goal.point, reach);
-        self.traffic.push(Planned { trajectory, departure, radius: tools.ground.radius() });
+        let planned = Planned { trajectory, departure, radius: tools.ground.radius() };
+        let place = self.traffic.push(planned.clone());
+        self.note(ends, Departed { start: number, goal: goal_number, place }, &planned);
         self.order.leave(ends, (number, goal_number));
         self.detours_tried = 0;
+    }
+
+    /// Notes the plan of somebody.
+    fn note(&mut self, ends: &Ends, departed: Departed, planned: &Planned) {
+        let (start, goal) = (&ends.starts[departed.start], ends.goals[departed.goal].index);
+        let arrival = planned.departure + planned.trajectory.duration();
+        let legs = planned.trajectory.legs().iter().map(|leg| leg.stretch.end).collect();
+        self.walks[start.group][start.index] =
+            Some(Walk { goal, departure: planned.departure, arrival, legs });
+        self.departed.push(departed);
     }
 }

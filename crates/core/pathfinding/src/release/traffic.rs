@@ -56,11 +56,31 @@ impl Traffic {
         Self { radius, gap, planned: Vec::new(), streets, last: Vec::new(), spans: Vec::new(), looks: 0 }
     }
 
-    pub(crate) fn push(&mut self, planned: Planned) {
+    /// Takes in a circle and returns its place.
+    pub(crate) fn push(&mut self, planned: Planned) -> usize {
+        let place = self.planned.len();
         if planned.radius == self.radius {
-            self.streets.take_in(self.planned.len(), &planned.trajectory, planned.departure);
+            self.streets.take_in(place, &planned.trajectory, planned.departure);
         }
         self.planned.push(planned);
+        place
+    }
+
+    /// Returns the circle of a place.
+    pub(crate) fn planned(&self, place: usize) -> &Planned {
+        &self.planned[place]
+    }
+
+    /// Returns the same without the circle of a place; those behind it move up.
+    pub(crate) fn without(&self, place: usize) -> Self {
+        let Self { radius, gap, looks, .. } = *self;
+        let mut traffic = Self { gap, looks, streets: Streets::new(gap + radius), ..Self::new(radius, 0.0) };
+        for (other, planned) in self.planned.iter().enumerate() {
+            if other != place {
+                traffic.push(planned.clone());
+            }
+        }
+        traffic
     }
 
     /// Returns the earliest moment, not before 0, at which a circle can depart without ever coming nearer to any other than both radii
