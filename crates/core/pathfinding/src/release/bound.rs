@@ -8,15 +8,17 @@ use super::lanes::Lanes;
 use super::schedule::{Goals, Group};
 use super::trunk::Trunk;
 use crate::error::PlanError;
+use crate::field::Field;
 use crate::ground::Ground;
 use crate::planner::{Planner, length};
 
 /// Returns how many cycles a group needs at least at a speed in world units a cycle: a yardstick for schedules.
 ///
-/// The longest of: the longest of the own ways, or, where goals are interchangeable, from who is farthest from every goal and to the goal
-/// that is farthest from everybody; how far the middle of all moves; and, where all have to pass a narrow place, the way of the nearest
-/// to it, the time in which all pass in the densest packing of circles in rows, and the way from there to the nearest goal. Ways are
-/// those of the planner, which are short but not shortest: whoever goes around others may find one that is a little shorter.
+/// The longest of: the longest of the own ways, or, where goals are interchangeable, the nearest way from who is farthest, and by how much
+/// all together come nearer to the goal that is farthest, by their number, and the same seen from there; how far the middle of all moves;
+/// and, where all have to pass a narrow place, the way of the nearest to it, the time in which all pass in the densest packing of
+/// circles in rows, and the way from there to the nearest goal. Ways are those of the planner, which are short but not shortest: whoever
+/// goes around others may find one that is a little shorter.
 ///
 /// # Errors
 /// An end without a path.
@@ -34,18 +36,31 @@ pub fn bound(ground: &Ground, group: &Group, speed: f64) -> Result<f64, PlanErro
             farthest
         }
         Goals::Interchangeable => {
-            let nearest = |from: DVec2, to: &[DVec2]| {
-                to.iter().map(|point| point.distance(from)).fold(f64::INFINITY, Scalar::lesser)
-            };
-            let start = group.starts.iter().map(|&start| nearest(start, &group.goals));
-            let goal = group.goals.iter().map(|&goal| nearest(goal, &group.starts));
-            start.chain(goal).fold(0.0, Scalar::greater)
+            let away = away(&mut planner, &group.starts, &group.goals)?;
+            away.greater(self::away(&mut planner, &group.goals, &group.starts)?)
         }
     };
     let mean = |points: &[DVec2]| points.iter().sum::<DVec2>() / points.len() as f64;
     let displacement = mean(&group.starts).distance(mean(&group.goals));
     let through = through(&mut planner, group)?;
     Ok(farthest.greater(displacement).greater(through) / speed)
+}
+
+/// How far somebody goes at least from some points to others, whoever goes where: from the one that is farthest from the middle of the
+/// others to the nearest of them; and since nobody comes nearer to that one, or goes away from it, by more than its way is long, by how
+/// much farther the others are from it in the mean.
+fn away(planner: &mut Planner<'_>, ones: &[DVec2], others: &[DVec2]) -> Result<f64, PlanError> {
+    let mut ways = |from: &[DVec2], to: DVec2| -> Result<Vec<f64>, PlanError> {
+        let field = Field::new(planner.ground(), to)?;
+        from.iter().map(|&from| Ok(length(from, planner.path_by(&field, from)?))).collect()
+    };
+    let to_middle = ways(ones, middle_of(others))?;
+    let farthest = (0..ones.len()).max_by(|&a, &b| to_middle[a].total_cmp(&to_middle[b]));
+    let Some(farthest) = farthest.map(|index| ones[index]) else { return Ok(0.0) };
+    let (to_others, to_ones) = (ways(others, farthest)?, ways(ones, farthest)?);
+    let nearest = to_others.iter().copied().fold(f64::INFINITY, Scalar::lesser);
+    let mean = |lengths: &[f64]| lengths.iter().sum::<f64>() / lengths.len() as f64;
+    Ok(nearest.greater(mean(&to_others) - mean(&to_ones)))
 }
 
 /// Returns how many circles of a group can pass the narrowest place on its way in a cycle, at a speed in world units a cycle: in the

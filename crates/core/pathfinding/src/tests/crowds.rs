@@ -45,9 +45,9 @@ fn counterflow(width: usize) -> (TileMap, Vec<Group>) {
     (map, vec![group(above(-5.0), below(-5.0)), group(below(5.0), above(5.0))])
 }
 
-/// A group in a maze that goes from one corner to the other.
-fn maze(units: usize, seed: u64) -> (TileMap, Vec<Group>) {
-    let map = generated(Kind::Maze, 40, 0.7, seed);
+/// A group in a maze of a side, with passages for a radius, that goes from one corner to the other.
+pub(crate) fn maze((side, radius): (u32, f64), units: usize, seed: u64) -> (TileMap, Vec<Group>) {
+    let map = generated(Kind::Maze, side, radius, seed);
     let ground = crate::Ground::new(&map, 0.35).unwrap();
     let regions = maniple_tilemap::regions(&map);
     let tiles = (0..map.height()).flat_map(|y| (0..map.width()).map(move |x| (x, y)));
@@ -103,7 +103,7 @@ fn dense_groups_spread_onto_the_board_and_close_up_again() {
 #[test]
 fn groups_go_through_mazes() {
     for (units, seed) in [(20, 1), (50, 2), (100, 3)] {
-        check("maze", &maze(units, seed));
+        check("maze", &maze((40, 0.7), units, seed));
     }
 }
 

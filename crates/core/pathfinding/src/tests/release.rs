@@ -5,6 +5,7 @@ use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId, Scalar};
 use maniple_kinematics::{EventKind, Layers, Leg, Placement, Stops, Wall, WallKind, World};
 use maniple_tilemap::TileMap;
 
+use super::crowds::maze;
 use super::{Dice, drawn, scattered};
 use crate::Ground;
 use crate::release::{Goals, Group, ReleaseError, Releasing, Request, Schedule, bound, release};
@@ -129,6 +130,36 @@ fn a_group_crosses_an_open_field_as_fast_as_one_does() {
             [group(block((side, side), DVec2::new(half, half)), block((side, side), DVec2::new(far, far)))];
         let share = check(&format!("open {side}"), &map, RADIUS, &groups);
         assert!((1.0 - 1e-9..1.0 + 1e-9).contains(&share), "{share}");
+    }
+}
+
+/// A way around two corners that is wide everywhere.
+fn bent() -> TileMap {
+    let row = |y: usize| -> String {
+        let is_wall = |x: usize| ((20..22).contains(&x) && y < 45) || ((40..42).contains(&x) && y >= 15);
+        (0..62).map(|x| if is_wall(x) { '@' } else { '.' }).collect()
+    };
+    let rows: Vec<String> = (0..60).map(row).collect();
+    drawn(&rows.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// One after the other around the corners, a hundred circles need as long as one needs for 69 world units more than the first.
+#[test]
+fn a_group_goes_side_by_side_around_corners() {
+    for (side, most) in [(5, 1.1), (10, 1.25), (15, 1.5)] {
+        let ends = [DVec2::new(10.0, 10.0), DVec2::new(52.0, 50.0)];
+        let groups = [group(block((side, side), ends[0]), block((side, side), ends[1]))];
+        let share = check(&format!("bent, {side} by {side}"), &bent(), RADIUS, &groups);
+        assert!(share < most, "{share}");
+    }
+}
+
+/// In a maze some goals are closed in by those who have arrived before; somebody has to exchange goals then.
+#[test]
+fn groups_fill_the_dead_ends_of_mazes() {
+    for seed in 0..8 {
+        let (map, groups) = maze((60, 0.7), 150, seed);
+        check(&format!("maze, seed {seed}"), &map, RADIUS, &groups);
     }
 }
 
