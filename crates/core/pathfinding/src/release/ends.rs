@@ -187,7 +187,8 @@ impl Adding {
         Ok(Some(PATH))
     }
 
-    /// Tries so many lanes side by side; they are taken if they end earlier than one after the other on the shortest way.
+    /// Tries so many lanes side by side; they are taken if they end earlier than the shortest way, in one track or as densely as its
+    /// narrowest place lets circles through.
     fn try_side_by_side(
         &mut self,
         (ground, detours): (&Ground, &mut Detours<'_>),
@@ -197,8 +198,9 @@ impl Adding {
         let (circles, reach) = (group.starts.len() as f64, reach_of(ground));
         let (from, to) = (bundle::End::of(&group.starts), bundle::End::of(&group.goals));
         let bundle = Bundle::new((ground, detours), (from, to), (lanes, reach));
-        let saved = circles * reach * (1.0 - 1.0 / lanes as f64);
-        match bundle.filter(|bundle| bundle.length() < self.trunk.length + saved) {
+        let behind = self.trunk.lanes.density.map_or(reach, |density| 1.0 / density);
+        let saved = circles * (behind - reach / lanes as f64);
+        match bundle.filter(|bundle| saved > 0.0 && bundle.length() < self.trunk.length + saved) {
             Some(bundle) => {
                 self.trunk = Trunk::of_bundle((from.middle, to.middle), bundle);
                 self.untried = None;

@@ -72,6 +72,12 @@ impl Cut {
         self.left.distance(self.right)
     }
 
+    /// Returns its middle part, as wide as it is said: lanes are parallel between cuts that are equally wide.
+    fn narrowed(&self, width: f64) -> Self {
+        let (middle, share) = (0.5 * (self.left + self.right), width / self.width().greater(width));
+        Self { left: middle.lerp(self.left, share), right: middle.lerp(self.right, share) }
+    }
+
     /// The direction in which it is passed, a unit vector.
     pub(crate) fn forwards(&self) -> DVec2 {
         -(self.right - self.left).perp().normalize_or_zero()
@@ -131,7 +137,7 @@ impl Lanes {
                 !neighbour.and_then(|neighbour| cuts.get(neighbour)).is_some_and(is_narrow)
             };
             if is_narrow(cut) && (is_end(index.checked_sub(1)) || is_end(Some(index + 1))) {
-                kept.extend(*cut);
+                kept.extend(cut.map(|cut| cut.narrowed(narrowest)));
             }
         }
         Self { cuts: kept, count, density: Some(density) }
