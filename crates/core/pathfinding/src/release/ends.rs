@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::DVec2;
+use maniple_geometry::Scalar;
 
 use super::assign::{Assignment, Sight, lanes};
 use super::bundle::{self, Bundle};
@@ -56,6 +57,8 @@ pub(crate) struct Ends {
     pub(crate) goals: Vec<Goal>,
     /// The goals of each stream, those that are to be taken first before the others.
     pub(crate) streams: Vec<Vec<usize>>,
+    /// How far the slowest group goes, the last behind the first of each lane, in world units; 0 where none is in lanes.
+    pub(crate) course: f64,
     /// How else narrow places can be passed.
     pub(crate) passings: BTreeSet<Passing>,
 }
@@ -157,7 +160,7 @@ impl Adding {
     ) -> Result<Option<u64>, ReleaseError> {
         let circles = group.starts.len();
         if let Some(lanes) = self.untried {
-            self.try_side_by_side((planner.ground(), &mut *detours), group, lanes);
+            self.try_side_by_side((planner.ground(), &mut *detours), group, (lanes, &mut *ends));
             return Ok(Some(PATH + detours.expanded() as u64));
         }
         if let Some(&start) = group.starts.get(self.starts.len()) {
@@ -187,21 +190,22 @@ impl Adding {
         Ok(Some(PATH))
     }
 
-    /// Tries so many lanes side by side; they are taken if they end earlier than the shortest way, in one track or as densely as its
-    /// narrowest place lets circles through.
+    /// Tries so many lanes side by side; they are taken if they end earlier than one after the other on the shortest way: around corners
+    /// all come into one track, however many a narrow place lets through.
     fn try_side_by_side(
         &mut self,
         (ground, detours): (&Ground, &mut Detours<'_>),
         group: &Group,
-        lanes: usize,
+        (lanes, ends): (usize, &mut Ends),
     ) {
         let (circles, reach) = (group.starts.len() as f64, reach_of(ground));
         let (from, to) = (bundle::End::of(&group.starts), bundle::End::of(&group.goals));
         let bundle = Bundle::new((ground, detours), (from, to), (lanes, reach));
-        let behind = self.trunk.lanes.density.map_or(reach, |density| 1.0 / density);
-        let saved = circles * (behind - reach / lanes as f64);
-        match bundle.filter(|bundle| saved > 0.0 && bundle.length() < self.trunk.length + saved) {
+        let saved = circles * reach * (1.0 - 1.0 / lanes as f64);
+        match bundle.filter(|bundle| bundle.length() < self.trunk.length + saved) {
             Some(bundle) => {
+                let course = self.trunk.length.greater(bundle.length()) + circles * reach / lanes as f64;
+                ends.course = ends.course.greater(course);
                 self.trunk = Trunk::of_bundle((from.middle, to.middle), bundle);
                 self.untried = None;
             }

@@ -35,6 +35,9 @@ const MOVING: usize = 1 << 26;
 /// Others of a lane who are looked at where one would leave it empty for long.
 const OTHERS_MAX: usize = 3;
 
+/// Side by side, a group that takes so many times as long as it would in lanes without a gap tries fewer lanes, and the shortest way.
+const GOOD: f64 = 1.25;
+
 /// A search for a schedule that goes on by as much as it is told to, so that it can be spread over cycles. How much that is does not
 /// change what comes of it.
 #[derive(Clone, Debug)]
@@ -142,8 +145,7 @@ impl Releasing {
         if is_better {
             self.best = Some(ended);
         }
-        let is_stuck = self.best.as_ref().is_none_or(|best| best.stuck.is_some());
-        match attempt.next(is_stuck) {
+        match attempt.next(self.best.as_ref(), surroundings.speed) {
             Some(plan) if *reliance == Reliance::OnAll => *attempt = Attempt::new(plan),
             Some(_) | None => return Ok(self.best.take()),
         }
@@ -225,11 +227,12 @@ impl Attempt {
     /// Returns what is tried next, if anything is, when all attempts have got stuck or not.
     ///
     /// Side by side all are as fast as they can be; with fewer lanes they are stuck less often.
-    fn next(&self, is_stuck: bool) -> Option<Plan> {
+    fn next(&self, best: Option<&Ended>, speed: f64) -> Option<Plan> {
+        let is_stuck = best.is_none_or(|best| best.stuck.is_some());
+        let is_good = best.is_some_and(|best| best.makespan * speed < GOOD * self.ends.course);
         let passed = match (self.plan, self.side_by_side) {
-            (_, Some(lanes)) if is_stuck && lanes > 3 => {
-                return Some(Plan::SideBySide { lanes_max: lanes / 2 });
-            }
+            (_, Some(_)) if !is_stuck && is_good => return None,
+            (_, Some(lanes)) if lanes > 3 => return Some(Plan::SideBySide { lanes_max: lanes / 2 }),
             (_, Some(_)) => return is_stuck.then_some(Plan::Shortest(Passing::Densest)),
             // No group goes side by side: it was the shortest way.
             (Plan::SideBySide { .. }, None) => Passing::Densest,
