@@ -160,15 +160,17 @@ impl<A: Fn(DVec2) -> bool + Copy> Steps<'_, A> {
         let rows = self.lattice.around(place);
         let is_free = |dx: i32, dy: i32| rows[(dy + 1).cast_unsigned() as usize] >> (dx + 1) & 1 == 1;
         for (dx, dy) in STEPS {
-            if !(is_free(dx, dy) && is_free(dx, 0) && is_free(0, dy)) {
-                continue;
-            }
-            let next = (place.0 + dx, place.1 + dy);
-            let other = self.lattice.node(next.0.cast_unsigned(), next.1.cast_unsigned());
-            if (self.is_allowed)(self.lattice.point(other)) {
+            if is_free(dx, dy) && is_free(dx, 0) && is_free(0, dy) {
+                let next = (place.0 + dx, place.1 + dy);
+                let other = self.lattice.node(next.0.cast_unsigned(), next.1.cast_unsigned());
                 each(other, next, if dx != 0 && dy != 0 { DIAGONAL } else { STRAIGHT });
             }
         }
+    }
+
+    /// Whether a way may lead by a node.
+    fn is_allowed(self, node: u32) -> bool {
+        (self.is_allowed)(self.lattice.point(node))
     }
 
     /// Who stands near a node.
@@ -228,7 +230,7 @@ impl Memory {
             steps.each(node, |other, place, step| {
                 let cost = cost + step;
                 let known = self.known[other as usize];
-                let is_better = known.search != self.number || cost < known.cost;
+                let is_better = (known.search != self.number || cost < known.cost) && steps.is_allowed(other);
                 if is_better && steps.is_clear((node, near), (other, steps.near(other))) {
                     self.reach(other, (cost, node), octile(place, target));
                     if known.leads == self.number {
@@ -264,7 +266,7 @@ impl Memory {
         let near = steps.near(node);
         let mut back = Back::Open;
         steps.each(node, |other, _, _| {
-            let is_new = self.known[other as usize].leads != self.number;
+            let is_new = self.known[other as usize].leads != self.number && steps.is_allowed(other);
             if is_new && steps.is_clear((other, steps.near(other)), (node, near)) {
                 back = self.lead(other, back);
             }
