@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 use hashbrown::HashTable;
+use maniple_geometry::Scalar;
 
 use super::conflict::Contact;
 use super::stretch::{Bounds, Stretch};
@@ -26,6 +27,13 @@ struct Street {
     looked_at: usize,
 }
 
+/// Where a street is, and until when somebody is on it, in cycles since the beginning of the schedule.
+#[derive(Clone, Copy, Debug)]
+struct Extent {
+    bounds: Bounds,
+    until: f64,
+}
+
 /// All stretches along which somebody goes, each of them once: whether two circles come too near to each other there depends on the two
 /// stretches alone, and when they do on their times.
 #[derive(Clone, Debug)]
@@ -33,8 +41,8 @@ pub(crate) struct Streets {
     /// How near middles may come to each other, in world units.
     reach: f64,
     streets: Vec<Street>,
-    /// The bounds of each.
-    bounds: Vec<Bounds>,
+    /// Where and when each is used.
+    extents: Vec<Extent>,
     /// The numbers of streets by their stretches. It is only ever asked for one, so that its order cannot be seen.
     numbers: HashTable<usize>,
 }
@@ -42,34 +50,48 @@ pub(crate) struct Streets {
 impl Streets {
     /// Returns none; the middles of all who go along them may come as near to each other as `reach`.
     pub(crate) fn new(reach: f64) -> Self {
-        Self { reach, streets: Vec::new(), bounds: Vec::new(), numbers: HashTable::new() }
+        Self { reach, streets: Vec::new(), extents: Vec::new(), numbers: HashTable::new() }
     }
 
     /// Takes in that a circle with a number of its own goes along a trajectory.
     pub(crate) fn take_in(&mut self, circle: usize, trajectory: &Trajectory, departure: f64) {
         for piece in trajectory.pieces() {
             let number = self.number(&piece.stretch).unwrap_or_else(|| self.add(piece.stretch));
-            self.streets[number].uses.push(Use { circle, times: piece.times.later(departure) });
+            let times = piece.times.later(departure);
+            self.streets[number].uses.push(Use { circle, times });
+            let until = &mut self.extents[number].until;
+            *until = until.greater(times.last + piece.stretch.duration);
         }
     }
 
-    /// Tells everybody who goes along a stretch that comes too near to a certain one, and the contact of that one with it. Returns how
-    /// many looks that took.
-    pub(crate) fn meet(&mut self, stretch: &Stretch, mut tell: impl FnMut(&Use, Contact)) -> u64 {
-        let mut looks = 0;
-        let Some(number) = self.number(stretch) else {
-            for (street, bounds) in self.streets.iter().zip(&self.bounds) {
-                if let Some(contact) = self.contact(stretch, (street, bounds)) {
-                    looks += 1 + street.uses.len() as u64;
-                    street.uses.iter().for_each(|used| tell(used, contact));
-                }
-            }
-            return looks + self.streets.len() as u64 / 8;
-        };
-        looks += self.complete(number);
+    /// Tells everybody who comes too near to a stretch along which somebody goes already, and the contact of that one with theirs. Returns
+    /// how many looks that took; `None` where nobody goes along it.
+    pub(crate) fn meet_on_street(
+        &mut self,
+        stretch: &Stretch,
+        mut tell: impl FnMut(&Use, Contact),
+    ) -> Option<u64> {
+        let number = self.number(stretch)?;
+        let mut looks = self.complete(number);
         for &(other, contact) in &self.streets[number].contacts {
             looks += self.streets[other].uses.len() as u64;
             self.streets[other].uses.iter().for_each(|used| tell(used, contact));
+        }
+        Some(looks)
+    }
+
+    /// Tells the same for any stretch, but not of streets that everybody has left by a moment, in cycles since the beginning of the
+    /// schedule.
+    pub(crate) fn meet(&self, stretch: &Stretch, after: f64, mut tell: impl FnMut(&Use, Contact)) -> u64 {
+        let mut looks = self.streets.len() as u64 / 8;
+        for (street, extent) in self.streets.iter().zip(&self.extents) {
+            if extent.until <= after {
+                continue;
+            }
+            if let Some(contact) = self.contact(stretch, (street, extent)) {
+                looks += 1 + street.uses.len() as u64;
+                street.uses.iter().for_each(|used| tell(used, contact));
+            }
         }
         looks
     }
@@ -77,7 +99,7 @@ impl Streets {
     /// Looks for the contacts of a street with those that have come since it was done last.
     fn complete(&mut self, number: usize) -> u64 {
         let Street { stretch, looked_at, .. } = self.streets[number];
-        let others = self.streets.iter().zip(&self.bounds).enumerate().skip(looked_at);
+        let others = self.streets.iter().zip(&self.extents).enumerate().skip(looked_at);
         let found = others.filter_map(|(other, street)| Some((other, self.contact(&stretch, street)?)));
         let found: Vec<(usize, Contact)> = found.collect();
         let looks = (self.streets.len() - looked_at) as u64 / 8 + found.len() as u64;
@@ -86,8 +108,8 @@ impl Streets {
         looks
     }
 
-    fn contact(&self, stretch: &Stretch, (street, bounds): (&Street, &Bounds)) -> Option<Contact> {
-        if stretch.bounds.is_far(bounds, self.reach) {
+    fn contact(&self, stretch: &Stretch, (street, extent): (&Street, &Extent)) -> Option<Contact> {
+        if stretch.bounds.is_far(&extent.bounds, self.reach) {
             return None;
         }
         Contact::of(stretch, &street.stretch, self.reach)
@@ -100,7 +122,7 @@ impl Streets {
     fn add(&mut self, stretch: Stretch) -> usize {
         let number = self.streets.len();
         self.streets.push(Street { stretch, uses: Vec::new(), contacts: Vec::new(), looked_at: 0 });
-        self.bounds.push(stretch.bounds);
+        self.extents.push(Extent { bounds: stretch.bounds, until: f64::NEG_INFINITY });
         let streets = &self.streets;
         self.numbers.insert_unique(hash_of(&stretch), number, |&number| hash_of(&streets[number].stretch));
         number

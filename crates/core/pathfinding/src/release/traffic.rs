@@ -3,10 +3,10 @@
 use glam::DVec2;
 use maniple_geometry::Scalar;
 
-use super::conflict::{Span, forbid};
+use super::conflict::{Contact, Span, forbid};
 use super::slots::Slots;
-use super::streets::Streets;
-use super::trajectory::Trajectory;
+use super::streets::{Streets, Use};
+use super::trajectory::{Piece, Trajectory};
 
 /// How much longer at both ends a span is taken to be than it was computed, in cycles: 2^-26, about 1.5e-8. Spans of neighbouring
 /// pieces meet in one moment, and rounding must not leave a slit between them. The gap between circles has room for it.
@@ -86,53 +86,80 @@ impl Traffic {
     /// Returns the earliest moment, not before 0, at which a circle can depart without ever coming nearer to any other than both radii
     /// and the margin; `None` where there is none. Where there are slots, it is one of them.
     pub(crate) fn earliest(&mut self, trajectory: &Trajectory, slots: Option<Slots>) -> Option<f64> {
-        let Self { streets, last, spans, .. } = self;
-        spans.clear();
-        last.clear();
+        self.spans.clear();
+        self.last.clear();
         for other in &self.planned {
             let usual = self.gap + other.radius;
             let reach = reach_from(trajectory.start(), other.trajectory.start(), usual);
-            if other.radius == self.radius && reach == usual {
-                last.push(Some(Span::NONE));
-            } else {
+            let is_usual = other.radius == self.radius && reach == usual;
+            self.last.push(is_usual.then_some(Span::NONE));
+            if !is_usual {
                 // Of another radius, or too near to it from the start.
-                self.looks += forbid(trajectory, (&other.trajectory, other.departure), reach, spans);
-                last.push(None);
+                let other = (&other.trajectory, other.departure);
+                self.looks += forbid(trajectory, other, reach, &mut self.spans);
             }
         }
+        let mut own = Vec::new();
         for piece in trajectory.pieces() {
-            self.looks += streets.meet(&piece.stretch, |other, contact| {
-                let Some(last) = &mut last[other.circle] else { return };
-                let span = contact.span(piece.times, other.times);
-                // Neighbouring stretches forbid nearly the same departures.
-                if let Some(joined) = last.joined(span) {
-                    *last = joined;
-                } else {
-                    spans.push(std::mem::replace(last, span));
-                }
-            });
-        }
-        spans.extend(last.iter().flatten());
-        self.first_in_none(slots)
-    }
-
-    /// The first moment that is in no span.
-    fn first_in_none(&mut self, slots: Option<Slots>) -> Option<f64> {
-        let not_before = |moment: f64| slots.map_or(moment, |slots| slots.not_before(moment));
-        let widened = |span: &mut Span| {
-            *span = Span { from: span.from - SLIT, to: span.to + SLIT };
-            span.to > 0.0
-        };
-        self.spans.retain_mut(widened);
-        self.spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
-        let mut departure = not_before(0.0);
-        for span in &self.spans {
-            if span.from >= departure {
-                break;
+            let Self { streets, last, spans, .. } = self;
+            match streets
+                .meet_on_street(&piece.stretch, |other, contact| note(piece, other, contact, last, spans))
+            {
+                Some(looks) => self.looks += looks,
+                None => own.push(piece),
             }
-            departure = departure.greater(not_before(span.to));
         }
-        departure.is_finite().then_some(departure)
+        self.spans.extend(self.last.iter().flatten());
+        self.spans.iter_mut().for_each(|span| *span = span.widened());
+        let departure = first_in_none(0.0, slots, &mut self.spans)?;
+        // It is this one or a later one: what forbids earlier ones alone need not be looked for.
+        self.spans.retain(|span| span.to > departure);
+        let known = self.spans.len();
+        self.last.iter_mut().flatten().for_each(|span| *span = Span::NONE);
+        for piece in own {
+            let Self { streets, last, spans, .. } = self;
+            let after = departure + piece.times.first - SLIT;
+            self.looks += streets
+                .meet(&piece.stretch, after, |other, contact| note(piece, other, contact, last, spans));
+        }
+        self.spans.extend(self.last.iter().flatten());
+        self.spans[known..].iter_mut().for_each(|span| *span = span.widened());
+        first_in_none(departure, slots, &mut self.spans)
+    }
+}
+
+/// Notes that another circle forbids departures to the one whose piece comes near to it: neighbouring pieces forbid nearly the same ones,
+/// so that often the last span of that circle grows.
+#[inline]
+fn note(piece: &Piece, other: &Use, contact: Contact, last: &mut [Option<Span>], spans: &mut Vec<Span>) {
+    let Some(last) = &mut last[other.circle] else { return };
+    let span = contact.span(piece.times, other.times);
+    if let Some(joined) = last.joined(span) {
+        *last = joined;
+    } else {
+        spans.push(std::mem::replace(last, span));
+    }
+}
+
+/// The first moment from one on that is in no span, and, where there are slots, is one of them; sorts the spans. `None` where there is
+/// none.
+fn first_in_none(from: f64, slots: Option<Slots>, spans: &mut [Span]) -> Option<f64> {
+    let not_before = |moment: f64| slots.map_or(moment, |slots| slots.not_before(moment));
+    spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
+    let mut departure = not_before(from);
+    for span in spans {
+        if span.from >= departure {
+            break;
+        }
+        departure = departure.greater(not_before(span.to));
+    }
+    departure.is_finite().then_some(departure)
+}
+
+impl Span {
+    /// The same, longer by a [`SLIT`] at both ends.
+    fn widened(self) -> Self {
+        Self { from: self.from - SLIT, to: self.to + SLIT }
     }
 }
 
@@ -146,13 +173,14 @@ mod tests {
 
     /// The slow twin: pair by pair, and piece by piece.
     fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory) -> Option<f64> {
-        let mut one_by_one = Traffic::new(traffic.radius, MARGIN);
+        let mut spans = Vec::new();
         for other in &traffic.planned {
             let usual = traffic.gap + other.radius;
             let reach = reach_from(trajectory.start(), other.trajectory.start(), usual);
-            forbid(trajectory, (&other.trajectory, other.departure), reach, &mut one_by_one.spans);
+            forbid(trajectory, (&other.trajectory, other.departure), reach, &mut spans);
         }
-        one_by_one.first_in_none(None)
+        spans.iter_mut().for_each(|span| *span = span.widened());
+        first_in_none(0.0, None, &mut spans)
     }
 
     #[test]
