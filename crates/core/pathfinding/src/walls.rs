@@ -86,13 +86,6 @@ impl Walls {
         best
     }
 
-    /// Returns whether the roomiest point of the tile of a point of the map is so far from every wall, in world units.
-    pub(crate) fn has_room(&self, point: DVec2, room: f64) -> bool {
-        // A corner has no more than the steps of the tile.
-        let steps = f64::from(self.steps[self.tile(point)]);
-        steps - 0.5 >= room || (steps >= room && self.roomiest(point).1 >= room)
-    }
-
     /// Returns the walls near the tile of a point.
     pub(crate) fn near(&self, point: DVec2) -> impl Iterator<Item = &Segment> {
         let tile = self.tile(point);
