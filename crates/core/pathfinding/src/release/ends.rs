@@ -63,7 +63,8 @@ pub(crate) struct Ends {
     pub(crate) passings: BTreeSet<Passing>,
 }
 
-/// Circles a lane that are shared out at a time where all go side by side: so that places behind are taken before those before them.
+/// Circles a lane that are shared out at a time, so that lanes keep step: places behind are taken before those before them, whatever their
+/// lanes are.
 const AT_A_TIME: usize = 12;
 
 /// Which lanes are tried.
@@ -233,7 +234,7 @@ impl Adding {
         let is_own = group.whose == Goals::Own;
         if index == 0 {
             let count = self.lanes();
-            let at_a_time = self.side_by_side().map_or(self.starts.len(), |lanes| lanes * AT_A_TIME);
+            let at_a_time = count * AT_A_TIME;
             let near_first = by_distance(&self.starts);
             let far_first = by_distance(&self.goals).into_iter().rev().collect();
             self.start_lanes = lanes(&self.starts, near_first, (count, at_a_time));
