@@ -16,6 +16,9 @@ use crate::tighten::{Hit, Tightening};
 /// How much farther apart lanes are than circles that touch, in world units: whoever is in one does not look at the next.
 const APART: f64 = 1.0 / 16.0;
 
+/// Fewer circles do not go side by side.
+pub(crate) const CIRCLES_MIN: usize = 4;
+
 /// More lanes than these are not tried.
 const LANES_MAX: usize = 16;
 
@@ -26,6 +29,25 @@ pub(crate) struct Bundle {
     pub(crate) lanes: Vec<Vec<DVec2>>,
 }
 
+/// Where lanes are on the way that they share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Keeping {
+    /// In its middle.
+    Middle,
+    /// To the right of it, with as much room to the left for others who come the other way.
+    Right,
+}
+
+impl Keeping {
+    /// How many lanes are worth to be tried.
+    pub(crate) fn lanes_min(self) -> usize {
+        match self {
+            Self::Middle => 2,
+            Self::Right => 1,
+        }
+    }
+}
+
 /// One end of a bundle: the middle of a group or of its goals, and how far the farthest of them is from it, in world units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {
@@ -34,8 +56,12 @@ pub(crate) struct End {
 }
 
 impl End {
-    pub(crate) fn of(points: &[DVec2]) -> Self {
-        let middle = middle_of(points);
+    /// Returns the end at some points.
+    pub(crate) fn of(ground: &Ground, keeping: Keeping, points: &[DVec2]) -> Self {
+        // Two groups that change places have the same way if it leads from the mean of one to that of the other.
+        let mean = points.iter().sum::<DVec2>() / points.len() as f64;
+        let is_mean = keeping == Keeping::Right && ground.holds(mean);
+        let middle = if is_mean { mean } else { middle_of(points) };
         Self { middle, extent: extent(points, middle) }
     }
 
@@ -60,8 +86,13 @@ impl Bundle {
     pub(crate) fn new(
         (ground, detours): (&Ground, &mut Detours<'_>),
         (from, to): (End, End),
-        (count, reach): (usize, f64),
+        (lanes, keeping, reach): (usize, Keeping, f64),
     ) -> Option<Self> {
+        let left = match keeping {
+            Keeping::Middle => 0,
+            Keeping::Right => lanes,
+        };
+        let count = left + lanes;
         let strip = Strip { count, spacing: reach + APART };
         let room = ground.room() + strip.half();
         let is_wide = |point: DVec2| ground.walls.has_room(point, room);
@@ -82,7 +113,7 @@ impl Bundle {
         let blocker = |from, to| strip.blocker(ground, from, to);
         pull(|from, to| blocker(from, to).is_none(), &mut path);
         Tightening::default().tighten(&blocker, room, &mut path);
-        let lanes = (0..count).map(|lane| strip.lane(ground, lane, &path));
+        let lanes = (left..count).map(|lane| strip.lane(ground, lane, &path));
         Some(Self { lanes: lanes.collect::<Option<_>>()? })
     }
 

@@ -6,7 +6,7 @@ use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::assign::{Assignment, Sight, lanes};
-use super::bundle::{self, Bundle};
+use super::bundle::{self, Bundle, Keeping};
 use super::error::ReleaseError;
 use super::lanes::{Lanes, Passing};
 use super::schedule::{Goals, Group};
@@ -71,7 +71,7 @@ const AT_A_TIME: usize = 12;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Plan {
     /// Side by side wherever that ends earlier, in so many lanes at most.
-    SideBySide { lanes_max: usize },
+    SideBySide { lanes_max: usize, keeping: Keeping },
     /// On the shortest way, passing narrow places so.
     Shortest(Passing),
 }
@@ -83,7 +83,7 @@ pub(crate) struct Adding {
     trunk: Trunk,
     timing: Timing,
     /// How many lanes side by side are tried next.
-    untried: Option<usize>,
+    untried: Option<(usize, Keeping)>,
     /// How the starts and the goals look from the narrow place, as far as it was looked.
     starts: Vec<Sight>,
     goals: Vec<Sight>,
@@ -130,8 +130,10 @@ impl Adding {
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
         let untried = match plan {
-            Plan::SideBySide { lanes_max } if trunk.has_turns => {
-                Some(bundle::lanes_max(circles).min(lanes_max))
+            Plan::SideBySide { lanes_max, keeping }
+                if circles >= bundle::CIRCLES_MIN && (trunk.has_turns || keeping == Keeping::Right) =>
+            {
+                Some((bundle::lanes_max(circles).min(lanes_max), keeping))
             }
             Plan::SideBySide { .. } | Plan::Shortest(_) => None,
         };
@@ -140,7 +142,7 @@ impl Adding {
             number,
             trunk,
             timing,
-            untried: untried.filter(|&lanes| lanes > 1),
+            untried: untried.filter(|&(lanes, keeping)| lanes >= keeping.lanes_min()),
             starts: Vec::new(),
             goals: Vec::new(),
             start_lanes: Vec::new(),
@@ -160,8 +162,8 @@ impl Adding {
         ends: &mut Ends,
     ) -> Result<Option<u64>, ReleaseError> {
         let circles = group.starts.len();
-        if let Some(lanes) = self.untried {
-            self.try_side_by_side((planner.ground(), &mut *detours), group, (lanes, &mut *ends));
+        if let Some(untried) = self.untried {
+            self.try_side_by_side((planner.ground(), &mut *detours), group, (untried, &mut *ends));
             return Ok(Some(PATH + detours.expanded() as u64));
         }
         if let Some(&start) = group.starts.get(self.starts.len()) {
@@ -197,12 +199,16 @@ impl Adding {
         &mut self,
         (ground, detours): (&Ground, &mut Detours<'_>),
         group: &Group,
-        (lanes, ends): (usize, &mut Ends),
+        ((lanes, keeping), ends): ((usize, Keeping), &mut Ends),
     ) {
         let (circles, reach) = (group.starts.len() as f64, reach_of(ground));
-        let (from, to) = (bundle::End::of(&group.starts), bundle::End::of(&group.goals));
-        let bundle = Bundle::new((ground, detours), (from, to), (lanes, reach));
-        let saved = circles * reach * (1.0 - 1.0 / lanes as f64);
+        let (from, to) =
+            (bundle::End::of(ground, keeping, &group.starts), bundle::End::of(ground, keeping, &group.goals));
+        let bundle = Bundle::new((ground, detours), (from, to), (lanes, keeping, reach));
+        let saved = match keeping {
+            Keeping::Middle => circles * reach * (1.0 - 1.0 / lanes as f64),
+            Keeping::Right => circles * reach,
+        };
         match bundle.filter(|bundle| bundle.length() < self.trunk.length + saved) {
             Some(bundle) => {
                 let course = self.trunk.length.greater(bundle.length()) + circles * reach / lanes as f64;
@@ -210,7 +216,10 @@ impl Adding {
                 self.trunk = Trunk::of_bundle((from.middle, to.middle), bundle);
                 self.untried = None;
             }
-            None => self.untried = Some(bundle::fewer(lanes)).filter(|&lanes| lanes > 1),
+            None => {
+                let fewer = bundle::fewer(lanes);
+                self.untried = (fewer >= keeping.lanes_min()).then_some((fewer, keeping));
+            }
         }
     }
 

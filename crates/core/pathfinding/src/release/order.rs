@@ -3,7 +3,7 @@
 use super::ends::Ends;
 use super::traffic::reach_from;
 
-/// How many of those who have not left stand in the way of somebody.
+/// How many of those who have not left stand in the way of somebody, or how many of their legs lead over a goal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Blocked {
     /// Circles of the same group.
@@ -19,6 +19,8 @@ pub(crate) enum Care {
     Free,
     /// The way is free of all who wait.
     Open,
+    /// The way is free of those of the own group who wait, and the goal lies on the way of none of them.
+    OwnFree,
     /// The way is free of those of the own group who wait.
     OwnOpen,
     /// None.
@@ -41,7 +43,7 @@ pub(crate) struct Order {
     /// For each start the starts in whose legs it stands, and the goals.
     stands_in: Vec<(Vec<usize>, Vec<usize>)>,
     /// For each goal how many legs that have not been taken lead over it.
-    covered: Vec<u32>,
+    covered: Vec<Blocked>,
     /// For each start, and for each goal, the goals over which its legs lead.
     start_covers: Vec<Vec<usize>>,
     goal_covers: Vec<Vec<usize>>,
@@ -68,7 +70,7 @@ impl Order {
             start_blocked: vec![Blocked::default(); starts.len()],
             goal_blocked: vec![Blocked::default(); goals.len()],
             stands_in: vec![(Vec::new(), Vec::new()); starts.len()],
-            covered: vec![0; goals.len()],
+            covered: vec![Blocked::default(); goals.len()],
             start_covers: vec![Vec::new(); starts.len()],
             goal_covers: vec![Vec::new(); goals.len()],
             free: ends.streams.clone(),
@@ -102,7 +104,7 @@ impl Order {
         for (other, goal) in ends.goals.iter().enumerate() {
             let is_own = start.trajectory.goal() == goal.point;
             if !is_own && start.trajectory.leads_over(goal.point, reach) {
-                self.covered[other] += 1;
+                self.covered[other].add(start.group == self.group_of_goal[other]);
                 self.start_covers[number].push(other);
             }
         }
@@ -118,7 +120,7 @@ impl Order {
         }
         for (other, another) in ends.goals.iter().enumerate() {
             if other != number && goal.trajectory.leads_over(another.point, reach) {
-                self.covered[other] += 1;
+                self.covered[other].add(self.group_of_goal[number] == self.group_of_goal[other]);
                 self.goal_covers[number].push(other);
             }
         }
@@ -127,13 +129,18 @@ impl Order {
     /// Returns who goes next and the goal to which, and with which care; `None` where nobody is left who was not put off.
     ///
     /// A group that has begun comes first, so that groups go through narrow places one after the other.
-    pub(crate) fn next(&self, ends: &Ends) -> Option<((usize, usize), Care)> {
+    pub(crate) fn next(&self, ends: &Ends, trusted: Care) -> Option<((usize, usize), Care)> {
         let of_all = |_: usize| true;
         let of_begun = |number: usize| Some(ends.starts[number].group) == self.begun;
         let find = |care, is_meant: &dyn Fn(usize) -> bool| {
             self.find(ends, care, is_meant).map(|found| (found, care))
         };
+        let trusting = || {
+            let find = |care| find(care, &of_begun).or_else(|| find(care, &of_all));
+            (trusted == Care::OwnOpen).then(|| find(Care::OwnFree))?
+        };
         find(Care::Free, &of_begun)
+            .or_else(trusting)
             .or_else(|| find(Care::Open, &of_begun))
             .or_else(|| find(Care::Free, &of_all))
             .or_else(|| find(Care::Open, &of_all))
@@ -204,9 +211,8 @@ impl Order {
             if !can_go || hopeless == Some(stream) || self.put_off.contains(&number) {
                 return None;
             }
-            let is_good = |&&goal: &&usize| {
-                care.takes(self.goal_blocked[goal]) && (care != Care::Free || self.covered[goal] == 0)
-            };
+            let is_good =
+                |&&goal: &&usize| care.takes(self.goal_blocked[goal]) && care.covers(self.covered[goal]);
             let goal = self.free[stream].iter().find(is_good);
             if goal.is_none() {
                 hopeless = Some(stream);
@@ -229,7 +235,7 @@ impl Order {
             self.goal_blocked[other].subtract(self.group_of_goal[other] == group);
         }
         for &other in self.start_covers[start].iter().chain(&self.goal_covers[goal]) {
-            self.covered[other] -= 1;
+            self.covered[other].subtract(self.group_of_goal[other] == group);
         }
     }
 }
@@ -252,8 +258,17 @@ impl Care {
     fn takes(self, blocked: Blocked) -> bool {
         match self {
             Self::Free | Self::Open => blocked == Blocked::default(),
-            Self::OwnOpen => blocked.own == 0,
+            Self::OwnFree | Self::OwnOpen => blocked.own == 0,
             Self::Any => true,
+        }
+    }
+
+    /// Whether a goal may be taken over which so many legs lead.
+    fn covers(self, covered: Blocked) -> bool {
+        match self {
+            Self::Free => covered == Blocked::default(),
+            Self::OwnFree => covered.own == 0,
+            Self::Open | Self::OwnOpen | Self::Any => true,
         }
     }
 }

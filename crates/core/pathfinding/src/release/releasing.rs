@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 
 use maniple_geometry::{Circle, Scalar};
 
-use self::exchange::Departed;
+use self::exchange::{Departed, EXCHANGES_MAX};
+use super::bundle::{self, Keeping};
 use super::ends::{Adding, Ends, Plan, reach_of};
 use super::error::ReleaseError;
 use super::lanes::Passing;
@@ -92,7 +93,7 @@ impl Releasing {
     fn with_reliance(request: &Request<'_>, reliance: Reliance) -> Self {
         let Request { groups, speed, still, moving } = *request;
         let surroundings = Surroundings { speed, still: still.to_vec(), moving: moving.to_vec() };
-        let (groups, attempt) = (groups.to_vec(), Attempt::new(Plan::SideBySide { lanes_max: usize::MAX }));
+        let (groups, attempt) = (groups.to_vec(), Attempt::new(first_plan(request.groups)));
         Self { groups, surroundings, reliance, attempt, best: None, looks: 0, memory: Memory::default() }
     }
 
@@ -145,12 +146,19 @@ impl Releasing {
         if is_better {
             self.best = Some(ended);
         }
-        match attempt.next(self.best.as_ref(), surroundings.speed) {
+        match attempt.next((self.best.as_ref(), is_better), surroundings.speed) {
             Some(plan) if *reliance == Reliance::OnAll => *attempt = Attempt::new(plan),
             Some(_) | None => return Ok(self.best.take()),
         }
         Ok(None)
     }
+}
+
+/// How it is tried first: where several groups go, all keep to the right.
+fn first_plan(groups: &[Group]) -> Plan {
+    let large = groups.iter().filter(|group| group.starts.len() >= bundle::CIRCLES_MIN).count();
+    let keeping = if large > 1 { Keeping::Right } else { Keeping::Middle };
+    Plan::SideBySide { lanes_max: usize::MAX, keeping }
 }
 
 /// What a search uses and does not keep.
@@ -197,6 +205,8 @@ struct Departures {
     order: Order,
     walks: Vec<Vec<Option<Walk>>>,
     departed: Vec<Departed>,
+    /// With how much care somebody goes before ways around all who rest are looked for.
+    trusted: Care,
     /// By group whether anybody may go to any goal.
     is_interchangeable: Vec<bool>,
     speed: f64,
@@ -207,6 +217,8 @@ struct Departures {
     crowd: Crowd,
     /// For how many of those who wait a way around the others has been looked for since the last departure.
     detours_tried: usize,
+    /// How many exchanges of goals have been tried since the last departure.
+    exchanges_tried: usize,
     passed: Passed,
 }
 
@@ -224,15 +236,22 @@ impl Attempt {
         Self { plan, side_by_side: None, ends: Ends::default(), stage }
     }
 
-    /// Returns what is tried next, if anything is, when all attempts have got stuck or not.
+    /// Returns what is tried next, if anything is, when the best attempt is known, and whether that is this one.
     ///
-    /// Side by side all are as fast as they can be; with fewer lanes they are stuck less often.
-    fn next(&self, best: Option<&Ended>, speed: f64) -> Option<Plan> {
+    /// Side by side all are as fast as they can be; with fewer lanes they get stuck less often, and leave fewer gaps. Who keeps to the right
+    /// tries the middle next, and then the shortest way, as long as all attempts have got stuck.
+    fn next(&self, (best, is_better): (Option<&Ended>, bool), speed: f64) -> Option<Plan> {
         let is_stuck = best.is_none_or(|best| best.stuck.is_some());
         let is_good = best.is_some_and(|best| best.makespan * speed < GOOD * self.ends.course);
+        let fewer = |lanes: usize| if is_stuck { bundle::fewer(lanes) } else { lanes / 2 };
         let passed = match (self.plan, self.side_by_side) {
-            (_, Some(_)) if !is_stuck && is_good => return None,
-            (_, Some(lanes)) if lanes > 3 => return Some(Plan::SideBySide { lanes_max: lanes / 2 }),
+            (_, Some(_)) if !is_stuck && (is_good || !is_better) => return None,
+            (Plan::SideBySide { keeping, .. }, Some(lanes)) if fewer(lanes) >= keeping.lanes_min() => {
+                return Some(Plan::SideBySide { lanes_max: fewer(lanes), keeping });
+            }
+            (Plan::SideBySide { keeping: Keeping::Right, .. }, _) => {
+                return Some(Plan::SideBySide { lanes_max: usize::MAX, keeping: Keeping::Middle });
+            }
             (_, Some(_)) => return is_stuck.then_some(Plan::Shortest(Passing::Densest)),
             // No group goes side by side: it was the shortest way.
             (Plan::SideBySide { .. }, None) => Passing::Densest,
@@ -278,7 +297,12 @@ impl Attempt {
                     *done += 1;
                 }
                 None => {
-                    let departures = Departures::new(tools, (groups, surroundings), ends, (**order).clone());
+                    // Whoever keeps to the right meets nobody who comes the other way, but only stands where that one goes to.
+                    let is_right = matches!(plan, Plan::SideBySide { keeping: Keeping::Right, .. });
+                    let is_trusted = is_right && reliance == Reliance::OnAll && side_by_side.is_some();
+                    let trusted = if is_trusted { Care::OwnOpen } else { Care::Open };
+                    let order = ((**order).clone(), trusted);
+                    let departures = Departures::new(tools, (groups, surroundings), ends, order);
                     *stage = Stage::Departures(Box::new(departures));
                 }
             },
@@ -293,7 +317,7 @@ impl Departures {
         tools: &Tools<'_>,
         (groups, surroundings): (&[Group], &Surroundings),
         ends: &Ends,
-        order: Order,
+        (order, trusted): (Order, Care),
     ) -> Self {
         let radius = tools.ground.radius();
         let mut traffic = Traffic::new(radius, MARGIN);
@@ -320,12 +344,14 @@ impl Departures {
             order,
             walks,
             departed,
+            trusted,
             is_interchangeable,
             speed,
             traffic,
             never,
             crowd,
             detours_tried: 0,
+            exchanges_tried: 0,
             passed,
         }
     }
@@ -343,8 +369,8 @@ impl Departures {
             return Ok(Some(self.ended(None)));
         }
         work.add(self.order.waiting() as u64);
-        let next = self.order.next(ends);
-        if next.is_none_or(|(_, care)| care > Care::Open) {
+        let next = self.order.next(ends, self.trusted);
+        if next.is_none_or(|(_, care)| care > self.trusted) {
             let is_any_left = next.is_some();
             let count = if reliance == Reliance::OnAll { DETOURS_MAX } else { DETOURS_OF_SOME_MAX };
             if is_any_left && self.detours_tried < count {
@@ -357,12 +383,11 @@ impl Departures {
                 }
                 return Ok(None);
             }
-            if !is_any_left && reliance == Reliance::OnAll {
-                for number in self.order.first(DETOURS_MAX) {
-                    if self.exchange(tools, ends, number, work)? {
-                        return Ok(None);
-                    }
-                }
+            if !is_any_left && reliance == Reliance::OnAll && self.exchanges_tried < EXCHANGES_MAX {
+                let turn = self.exchanges_tried;
+                self.exchanges_tried += 1;
+                self.exchange(tools, ends, turn, work)?;
+                return Ok(None);
             }
             if !is_any_left || reliance == Reliance::OnNobody {
                 let start = &ends.starts[self.order.first(1)[0]];
@@ -479,7 +504,7 @@ impl Departures {
         let place = self.traffic.push(planned.clone());
         self.note(ends, Departed { start: number, goal: goal_number, place }, &planned);
         self.order.leave(ends, (number, goal_number));
-        self.detours_tried = 0;
+        (self.detours_tried, self.exchanges_tried) = (0, 0);
     }
 
     /// Notes the plan of somebody.

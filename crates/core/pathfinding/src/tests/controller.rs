@@ -45,11 +45,12 @@ fn all_arrive_over_a_slow_line_that_loses_orders() {
         for (latency, lost) in [(2, 0.01), (2, 0.03), (2, 0.05)] {
             let outcome = Trial { latency, lost, ..through_gap(&map, Tactic::Auto) }.run(6000);
             println!(
-                "gap {width}, {latency} cycles, {lost} lost: {} arrived, {} collisions, {} orders, {} cycles",
-                outcome.arrived, outcome.collisions, outcome.orders, outcome.cycles
+                "gap {width}, {latency} cycles, {lost} lost: {} arrived, {} collisions, {} of {} orders lost, {} cycles",
+                outcome.arrived, outcome.collisions, outcome.lost, outcome.orders, outcome.cycles
             );
             assert_eq!(outcome.arrived, 100, "{width} {latency} {lost}");
-            assert!(outcome.collisions <= 5, "{width} {latency} {lost}: {}", outcome.collisions);
+            // Who does not hear that it has to go is run into, by one of those who go by: the next is told in time.
+            assert!(outcome.collisions <= outcome.lost, "{width} {latency} {lost}: {}", outcome.collisions);
         }
     }
 }

@@ -46,6 +46,8 @@ pub(crate) struct Outcome {
     pub(crate) arrived: usize,
     pub(crate) collisions: usize,
     pub(crate) orders: usize,
+    /// Of these, those that got lost.
+    pub(crate) lost: usize,
     /// Orders that came later than the start that they named.
     pub(crate) refused: usize,
     /// When the last order was given.
@@ -105,6 +107,7 @@ impl Trial<'_> {
             collisions: 0,
             orders: 0,
             refused: 0,
+            lost: 0,
             last_order: 0,
             cycles: 0,
             progress: Vec::new(),
@@ -130,7 +133,10 @@ impl Trial<'_> {
                 outcome.orders += orders.len();
                 outcome.last_order = cycle;
             }
-            line.push_back(orders.into_iter().filter(|_| dice.share() >= self.lost).collect());
+            let given = orders.len();
+            let kept: Vec<Order> = orders.into_iter().filter(|_| dice.share() >= self.lost).collect();
+            outcome.lost += given - kept.len();
+            line.push_back(kept);
             for order in line.pop_front().unwrap() {
                 outcome.refused += usize::from(!obey(&mut world, &order));
             }

@@ -10,8 +10,12 @@ use crate::release::traffic::Planned;
 use crate::release::trajectory::Trajectory;
 use crate::work::{PATH, Work};
 
-/// How many of those around a goal are asked to take it.
+/// How many of those around a goal are asked to take it, and for how many of those who are left.
 const ASKED_MAX: usize = 8;
+const LEFT_MAX: usize = 4;
+
+/// How many exchanges there are to be tried.
+pub(super) const EXCHANGES_MAX: usize = ASKED_MAX * LEFT_MAX;
 
 /// Somebody whose plan stands, by the numbers of its start and its goal, and its place in the traffic.
 #[derive(Clone, Copy, Debug)]
@@ -28,17 +32,18 @@ struct Made {
 }
 
 impl Departures {
-    /// Lets one of those who have arrived around a goal of somebody who is left take that goal, and leave its own to it. Returns whether
-    /// one can: both find a departure among all others.
+    /// Lets one of those who have arrived around a goal of somebody who is left take that goal, and leave its own to it, if both find a
+    /// departure among all others. Each turn asks another one for another of the first who are left.
     pub(super) fn exchange(
         &mut self,
         tools: &mut Tools<'_>,
         ends: &Ends,
-        number: usize,
+        turn: usize,
         work: &mut Work,
-    ) -> Result<bool, ReleaseError> {
+    ) -> Result<(), ReleaseError> {
+        let Some(&number) = self.order.first(LEFT_MAX).get(turn / ASKED_MAX) else { return Ok(()) };
         let start = &ends.starts[number];
-        let Some(&closed) = self.order.goals(start.stream).first() else { return Ok(false) };
+        let Some(&closed) = self.order.goals(start.stream).first() else { return Ok(()) };
         let point = ends.goals[closed].point;
         let is_of_group = |departed: &&Departed| {
             self.is_interchangeable[start.group] && ends.starts[departed.start].group == start.group
@@ -46,12 +51,10 @@ impl Departures {
         let mut near: Vec<Departed> = self.departed.iter().filter(is_of_group).copied().collect();
         let distance = |departed: &Departed| ends.goals[departed.goal].point.distance_squared(point);
         near.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.place.cmp(&b.place)));
-        for departed in near.into_iter().take(ASKED_MAX) {
-            if self.exchange_with(tools, ends, (number, closed, departed), work)? {
-                return Ok(true);
-            }
+        match near.get(turn % ASKED_MAX) {
+            Some(&departed) => self.exchange_with(tools, ends, (number, closed, departed), work),
+            None => Ok(()),
         }
-        Ok(false)
     }
 
     fn exchange_with(
@@ -60,7 +63,7 @@ impl Departures {
         ends: &Ends,
         (number, closed, departed): (usize, usize, Departed),
         work: &mut Work,
-    ) -> Result<bool, ReleaseError> {
+    ) -> Result<(), ReleaseError> {
         let (start, other) = (&ends.starts[number], &ends.starts[departed.start]);
         let (closed_point, left_point) = (ends.goals[closed].point, ends.goals[departed.goal].point);
         let mut traffic = self.traffic.without(departed.place);
@@ -79,12 +82,12 @@ impl Departures {
                 |&waiting: &usize| trajectory.leads_over(ends.starts[waiting].point, tools.reach());
             let waiting = self.order.first(usize::MAX);
             if waiting.iter().filter(|&&waiting| waiting != number).any(is_over_waiting) {
-                return Ok(false);
+                return Ok(());
             }
             let before = traffic.looks;
             let departure = traffic.earliest(&trajectory, None);
             work.add(traffic.looks - before);
-            let Some(departure) = departure else { return Ok(false) };
+            let Some(departure) = departure else { return Ok(()) };
             let planned = Planned { trajectory, departure, radius: tools.ground.radius() };
             let place = traffic.push(planned.clone());
             made.push(Made { departed: Departed { start: number, goal, place }, planned });
@@ -101,8 +104,8 @@ impl Departures {
         self.crowd.remove(number, start.point, tools.reach());
         self.crowd.insert(GOALS + closed, closed_point, tools.reach());
         self.order.leave(ends, (number, closed));
-        self.detours_tried = 0;
-        Ok(true)
+        (self.detours_tried, self.exchanges_tried) = (0, 0);
+        Ok(())
     }
 }
 
