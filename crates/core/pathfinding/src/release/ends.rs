@@ -59,6 +59,8 @@ pub(crate) struct Ends {
     pub(crate) streams: Vec<Vec<usize>>,
     /// How far the slowest group goes, the last behind the first of each lane, in world units; 0 where none is in lanes.
     pub(crate) course: f64,
+    /// Whether the shortest way of a group that goes side by side has a narrow place that lets many more through.
+    pub(crate) is_shortest_denser: bool,
     /// How else narrow places can be passed.
     pub(crate) passings: BTreeSet<Passing>,
 }
@@ -66,6 +68,9 @@ pub(crate) struct Ends {
 /// Circles a lane that are shared out at a time, so that lanes keep step: places behind are taken before those before them, whatever their
 /// lanes are.
 const AT_A_TIME: usize = 12;
+
+/// The part of the way of a group side by side that is to be saved where a narrow place lets more through.
+const DENSER: f64 = 0.125;
 
 /// Which lanes are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,8 +129,10 @@ impl Adding {
                 return Lanes::none();
             }
             let (lanes, reach) = (Lanes::new(ground, group, path, reach_of(ground)), reach_of(ground));
-            ends.passings
-                .extend(Passing::ALL.into_iter().filter(|&other| lanes.passed(other, reach).is_some()));
+            // The first group has nobody to meet.
+            let is_tried = |&other: &Passing| other != Passing::KeepRight || number > 0;
+            let is_other = |&other: &Passing| lanes.passed(other, reach).is_some();
+            ends.passings.extend(Passing::ALL.into_iter().filter(is_tried).filter(is_other));
             lanes.passed(passing, reach).unwrap_or(lanes)
         };
         let trunk = Trunk::new(planner, (from, to), lanes_of)?;
@@ -213,6 +220,9 @@ impl Adding {
             Some(bundle) => {
                 let course = self.trunk.length.greater(bundle.length()) + circles * reach / lanes as f64;
                 ends.course = ends.course.greater(course);
+                let saved = |density: f64| circles * (reach / lanes as f64 - 1.0 / density);
+                let is_denser = |density: f64| saved(density) > DENSER * course;
+                ends.is_shortest_denser |= self.trunk.lanes.density.is_some_and(is_denser);
                 self.trunk = Trunk::of_bundle((from.middle, to.middle), bundle);
                 self.untried = None;
             }

@@ -49,6 +49,8 @@ pub(crate) enum Passing {
     InSlots,
     /// In as many as are wholly apart.
     Apart,
+    /// Each group on its right side, so that groups that meet pass each other.
+    KeepRight,
     /// In half as many as let most circles through.
     Half,
     /// In one.
@@ -56,7 +58,8 @@ pub(crate) enum Passing {
 }
 
 impl Passing {
-    pub(crate) const ALL: [Self; 5] = [Self::Densest, Self::InSlots, Self::Apart, Self::Half, Self::OneByOne];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Densest, Self::InSlots, Self::Apart, Self::KeepRight, Self::Half, Self::OneByOne];
 }
 
 /// A line across a path on which the middle of a circle has room.
@@ -70,6 +73,11 @@ pub(crate) struct Cut {
 impl Cut {
     fn width(&self) -> f64 {
         self.left.distance(self.right)
+    }
+
+    /// Returns its right part, as wide as it is said.
+    fn right_part(&self, width: f64) -> Self {
+        Self { left: self.right.lerp(self.left, width / self.width()), right: self.right }
     }
 
     /// Returns its middle part, as wide as it is said: lanes are parallel between cuts that are equally wide.
@@ -165,6 +173,12 @@ impl Lanes {
             Passing::Apart => {
                 let is_apart = |&lanes: &usize| lanes == 1 || width >= APART * reach * (lanes - 1) as f64;
                 fewer((1..self.count).rev().find(is_apart)?)
+            }
+            Passing::KeepRight => {
+                let right = (width >= reach).then_some(0.5 * (width - reach))?;
+                let (count, density) = best(right, reach);
+                let cuts = self.cuts.iter().map(|cut| cut.right_part(right)).collect();
+                Some(Self { cuts, count, density: Some(density) })
             }
             Passing::Half => fewer(self.count.div_ceil(2)),
             Passing::OneByOne => fewer(1),

@@ -245,6 +245,7 @@ impl Attempt {
         let is_good = best.is_some_and(|best| best.makespan * speed < GOOD * self.ends.course);
         let fewer = |lanes: usize| if is_stuck { bundle::fewer(lanes) } else { lanes / 2 };
         let passed = match (self.plan, self.side_by_side) {
+            (_, Some(_)) if self.ends.is_shortest_denser => return Some(Plan::Shortest(Passing::Densest)),
             (_, Some(_)) if !is_stuck && (is_good || !is_better) => return None,
             (Plan::SideBySide { keeping, .. }, Some(lanes)) if fewer(lanes) >= keeping.lanes_min() => {
                 return Some(Plan::SideBySide { lanes_max: fewer(lanes), keeping });
@@ -257,7 +258,8 @@ impl Attempt {
             (Plan::SideBySide { .. }, None) => Passing::Densest,
             (Plan::Shortest(passing), None) => passing,
         };
-        let is_worth_it = |&passing: &Passing| passing > passed && (is_stuck || passing <= Passing::Apart);
+        let is_worth_it =
+            |&passing: &Passing| passing > passed && (is_stuck || passing <= Passing::KeepRight);
         self.ends.passings.iter().copied().find(is_worth_it).map(Plan::Shortest)
     }
 
