@@ -37,6 +37,6 @@ pub use ground::{Ground, MARGIN, RADIUS_MAX};
 pub use obstacles::{Obstacle, Obstacles};
 pub use planner::{Planner, length};
 pub use release::{
-    Goals, Group, Moving, ReleaseError, Releasing, Request, Schedule, Walk, bound, release, release_some,
-    throughput_max,
+    Goals, Group, Moving, ReleaseError, Releasing, Request, Schedule, Walk, bound, bound_of_groups, release,
+    release_some, throughput_max,
 };

@@ -26,7 +26,7 @@ mod trunk;
 pub(crate) use assign::{Assignment, by_distance};
 pub(crate) use lanes::last_narrow_place;
 
-pub use bound::{bound, throughput_max};
+pub use bound::{bound, bound_of_groups, throughput_max};
 pub use error::ReleaseError;
 pub use releasing::Releasing;
 pub use schedule::{Goals, Group, Moving, Request, Schedule, Walk, release, release_some};

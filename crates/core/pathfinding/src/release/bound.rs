@@ -4,7 +4,7 @@ use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::ends::middle_of;
-use super::lanes::Lanes;
+use super::lanes::{Cut, Lanes};
 use super::schedule::{Goals, Group};
 use super::trunk::Trunk;
 use crate::error::PlanError;
@@ -42,8 +42,32 @@ pub fn bound(ground: &Ground, group: &Group, speed: f64) -> Result<f64, PlanErro
     };
     let mean = |points: &[DVec2]| points.iter().sum::<DVec2>() / points.len() as f64;
     let displacement = mean(&group.starts).distance(mean(&group.goals));
-    let through = through(&mut planner, group)?;
+    let through = Narrow::new(&mut planner, group)?.map_or(0.0, |narrow| narrow.course());
     Ok(farthest.greater(displacement).greater(through) / speed)
+}
+
+/// Returns how many cycles groups need at least that go at once: the longest that one of them needs alone, or, where several pass one
+/// narrow place, in whichever directions, the time in which all pass it in the densest packing of circles in rows, with the shortest
+/// ways to it and from it. A row is passed in one direction at a time, so that groups that meet pass no denser than one.
+///
+/// # Errors
+/// An end without a path.
+pub fn bound_of_groups(ground: &Ground, groups: &[Group], speed: f64) -> Result<f64, PlanError> {
+    let mut longest = 0.0;
+    for group in groups {
+        longest = bound(ground, group, speed)?.greater(longest);
+    }
+    let mut planner = Planner::new(ground);
+    let mut places: Vec<Narrow> = Vec::new();
+    for group in groups.iter().filter(|group| !group.starts.is_empty()) {
+        let Some(narrow) = Narrow::new(&mut planner, group)? else { continue };
+        match places.iter_mut().find(|place| place.is_same(&narrow)) {
+            Some(place) => *place = place.joined(&narrow),
+            None => places.push(narrow),
+        }
+    }
+    let through = places.iter().map(Narrow::course).fold(0.0, Scalar::greater);
+    Ok(longest.greater(through / speed))
 }
 
 /// How far somebody goes at least from some points to others, whoever goes where: from the one that is farthest from the middle of the
@@ -84,20 +108,67 @@ fn trunk(planner: &mut Planner<'_>, group: &Group) -> Result<Trunk, PlanError> {
     Trunk::new(planner, (from, to), lanes_of)
 }
 
-/// How far one goes at least in the time that all need through the narrowest place; 0 where nothing is narrow.
-fn through(planner: &mut Planner<'_>, group: &Group) -> Result<f64, PlanError> {
-    let trunk = trunk(planner, group)?;
-    let Some(density) = trunk.lanes.density else { return Ok(0.0) };
-    let (first, last) = (trunk.lanes.first(), trunk.lanes.last());
-    let (mut first_in, mut last_out) = (f64::INFINITY, f64::INFINITY);
-    for &start in &group.starts {
-        let seen = trunk.sight_of_start(planner, start)?;
-        first_in = first.map_or(0.0, |cut| cut.distance_at_least(start, seen.distance)).lesser(first_in);
+/// How near two cuts are to each other that lie in one narrow place, in world units: they are looked for at points of two paths.
+const SAME: f64 = 0.5;
+
+/// The narrowest place on the way of a group, and how its circles lie around it.
+#[derive(Clone, Copy, Debug)]
+struct Narrow {
+    /// The first cut and the last one.
+    cuts: [Cut; 2],
+    lanes: usize,
+    density: f64,
+    /// How far it is from the first cut to the last one, in world units.
+    length: f64,
+    /// How far it is from the nearest start to the first cut, and from the last cut to the nearest goal, at least.
+    before: f64,
+    behind: f64,
+    circles: usize,
+}
+
+impl Narrow {
+    /// `None` where nothing is narrow.
+    fn new(planner: &mut Planner<'_>, group: &Group) -> Result<Option<Self>, PlanError> {
+        let trunk = trunk(planner, group)?;
+        let lanes = &trunk.lanes;
+        let (Some(density), Some(&first), Some(&last)) = (lanes.density, lanes.first(), lanes.last()) else {
+            return Ok(None);
+        };
+        let (mut before, mut behind) = (f64::INFINITY, f64::INFINITY);
+        for &start in &group.starts {
+            let seen = trunk.sight_of_start(planner, start)?;
+            before = first.distance_at_least(start, seen.distance).lesser(before);
+        }
+        for &goal in &group.goals {
+            let seen = trunk.sight_of_goal(planner, goal)?;
+            behind = last.distance_at_least(goal, seen.distance).lesser(behind);
+        }
+        let (cuts, circles, length) = ([first, last], group.starts.len(), trunk.length_of_cuts());
+        Ok(Some(Self { cuts, lanes: lanes.count, density, length, before, behind, circles }))
     }
-    for &goal in &group.goals {
-        let seen = trunk.sight_of_goal(planner, goal)?;
-        last_out = last.map_or(0.0, |cut| cut.distance_at_least(goal, seen.distance)).lesser(last_out);
+
+    /// How far one goes at least in the time that all need who pass.
+    fn course(&self) -> f64 {
+        let followers = self.circles.saturating_sub(self.lanes);
+        self.before + self.length + followers as f64 / self.density + self.behind
     }
-    let behind = group.starts.len().saturating_sub(trunk.lanes.count);
-    Ok(first_in + last_out + behind as f64 / density + trunk.length_of_cuts())
+
+    /// Returns whether both are one place, in whichever direction it is passed.
+    fn is_same(&self, other: &Self) -> bool {
+        let near = |one: &Cut, another: &Cut| one.middle().distance(another.middle()) < SAME;
+        self.cuts.iter().any(|cut| other.cuts.iter().any(|another| near(cut, another)))
+    }
+
+    /// Returns the place as both groups pass it.
+    fn joined(&self, other: &Self) -> Self {
+        Self {
+            lanes: self.lanes.max(other.lanes),
+            density: self.density.greater(other.density),
+            length: self.length.lesser(other.length),
+            before: self.before.lesser(other.before),
+            behind: self.behind.lesser(other.behind),
+            circles: self.circles + other.circles,
+            ..*self
+        }
+    }
 }

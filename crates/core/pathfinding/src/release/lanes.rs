@@ -75,6 +75,10 @@ impl Cut {
         self.left.distance(self.right)
     }
 
+    pub(crate) fn middle(&self) -> DVec2 {
+        0.5 * (self.left + self.right)
+    }
+
     /// Returns its right part, as wide as it is said.
     fn right_part(&self, width: f64) -> Self {
         Self { left: self.right.lerp(self.left, width / self.width()), right: self.right }
@@ -82,7 +86,7 @@ impl Cut {
 
     /// Returns its middle part, as wide as it is said: lanes are parallel between cuts that are equally wide.
     fn narrowed(&self, width: f64) -> Self {
-        let (middle, share) = (0.5 * (self.left + self.right), width / self.width().greater(width));
+        let (middle, share) = (self.middle(), width / self.width().greater(width));
         Self { left: middle.lerp(self.left, share), right: middle.lerp(self.right, share) }
     }
 
@@ -96,7 +100,7 @@ impl Cut {
     /// It is seen from half the width beyond the cut: from there the lanes fan out, so that ways of different lanes do not cross.
     pub(crate) fn bearing(&self, point: DVec2) -> f64 {
         let across = self.right - self.left;
-        let away = point - 0.5 * (self.left + self.right);
+        let away = point - self.middle();
         let side = if across.perp_dot(away) < 0.0 { -0.5 } else { 0.5 };
         let away = away + across.perp() * side;
         let scale = across.length() * away.length();
@@ -218,7 +222,7 @@ pub(crate) fn last_narrow_place(ground: &Ground, from: DVec2, legs: &[DVec2]) ->
     let path: Vec<DVec2> = std::iter::once(from).chain(legs.iter().copied()).collect();
     let nobody = Group { starts: Vec::new(), goals: Vec::new(), whose: Goals::Own };
     let lanes = Lanes::new(ground, &nobody, &path, 2.0 * ground.radius());
-    lanes.last().map(|cut| 0.5 * (cut.left + cut.right))
+    lanes.last().map(Cut::middle)
 }
 
 /// How many lanes side by side let most circles through a cut of a width, and how many circles a world unit of way these are.

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 use maniple_pathfinding::{
-    Controller, Group, Progress, Request, Scene as View, Tactic, bound, release, throughput_max,
+    Controller, Group, Progress, Request, Scene as View, Tactic, bound_of_groups, release, throughput_max,
 };
 
 use crate::commands::bench::path::scene::Scene;
@@ -49,9 +49,7 @@ struct Walked {
 
 /// Leads the groups of a scene and walks as they are led.
 pub(super) fn measure(leading: Leading, scene: &Scene) -> Result<Row, Failure> {
-    let bounds = scene.groups.iter().map(|group| bound(&scene.ground, group, SPEED));
-    let bounds = bounds.collect::<Result<Vec<f64>, _>>().map_err(Failure::bad_input)?;
-    let bound = bounds.into_iter().fold(0.0, f64::max);
+    let bound = bound_of_groups(&scene.ground, &scene.groups, SPEED).map_err(Failure::bad_input)?;
     let mut walk = Walk::new(&scene.map, scene.ground.radius())?;
     let starts = scene.groups.iter().flat_map(|group| &group.starts);
     for (unit, &start) in (0..).zip(starts) {
