@@ -66,6 +66,8 @@ struct Surroundings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reliance {
     OnAll,
+    /// The same, where it only has to be better than a schedule that is known: nobody looks for ways around others.
+    OnOwnWays,
     OnNobody,
 }
 
@@ -134,11 +136,12 @@ impl Releasing {
     }
 
     fn step(&mut self, tools: &mut Tools<'_>, work: &mut Work) -> Result<Option<Ended>, ReleaseError> {
-        let Self { groups, surroundings, reliance, attempt, .. } = self;
-        let Some(ended) = attempt.step(tools, (groups, surroundings, *reliance), work)? else {
+        let Self { groups, surroundings, attempt, .. } = self;
+        let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
+        let reliance = if was_enough { Reliance::OnOwnWays } else { self.reliance };
+        let Some(ended) = attempt.step(tools, (groups, surroundings, reliance), work)? else {
             return Ok(None);
         };
-        let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
         let is_better = match &self.best {
             None => true,
             Some(best) => ended.stuck.is_none() && (!was_enough || ended.makespan < best.makespan),
@@ -147,7 +150,7 @@ impl Releasing {
             self.best = Some(ended);
         }
         match attempt.next((self.best.as_ref(), is_better), surroundings.speed) {
-            Some(plan) if *reliance == Reliance::OnAll => *attempt = Attempt::new(plan),
+            Some(plan) if self.reliance == Reliance::OnAll => *attempt = Attempt::new(plan),
             Some(_) | None => return Ok(self.best.take()),
         }
         Ok(None)
@@ -301,7 +304,7 @@ impl Attempt {
                 None => {
                     // Whoever keeps to the right meets nobody who comes the other way, but only stands where that one goes to.
                     let is_right = matches!(plan, Plan::SideBySide { keeping: Keeping::Right, .. });
-                    let is_trusted = is_right && reliance == Reliance::OnAll && side_by_side.is_some();
+                    let is_trusted = is_right && reliance != Reliance::OnNobody && side_by_side.is_some();
                     let trusted = if is_trusted { Care::OwnOpen } else { Care::Open };
                     let order = ((**order).clone(), trusted);
                     let departures = Departures::new(tools, (groups, surroundings), ends, order);
@@ -374,7 +377,11 @@ impl Departures {
         let next = self.order.next(ends, self.trusted);
         if next.is_none_or(|(_, care)| care > self.trusted) {
             let is_any_left = next.is_some();
-            let count = if reliance == Reliance::OnAll { DETOURS_MAX } else { DETOURS_OF_SOME_MAX };
+            let count = match reliance {
+                Reliance::OnAll => DETOURS_MAX,
+                Reliance::OnOwnWays => 0,
+                Reliance::OnNobody => DETOURS_OF_SOME_MAX,
+            };
             if is_any_left && self.detours_tried < count {
                 let number = self.order.first(count).get(self.detours_tried).copied();
                 self.detours_tried += 1;
@@ -402,10 +409,13 @@ impl Departures {
             let soonest = self.soonest(ends, first, care, work);
             self.passed.take(&ends.starts[soonest.start], soonest.departure);
             self.depart(tools, ends, soonest);
-        } else if let Some(departing) = self.detour(tools, ends, choice.0, work)? {
-            self.depart(tools, ends, departing);
-        } else {
-            self.order.put_off(choice.0);
+            return Ok(None);
+        }
+        let detour =
+            if reliance == Reliance::OnOwnWays { None } else { self.detour(tools, ends, choice.0, work)? };
+        match detour {
+            Some(departing) => self.depart(tools, ends, departing),
+            None => self.order.put_off(choice.0),
         }
         Ok(None)
     }
