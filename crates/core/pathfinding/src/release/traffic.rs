@@ -111,7 +111,8 @@ impl Traffic {
         }
         self.spans.extend(self.last.iter().flatten());
         self.spans.iter_mut().for_each(|span| *span = span.widened());
-        let departure = first_in_none(0.0, slots, &mut self.spans)?;
+        let first = slots.map_or(0.0, |slots| slots.not_before(0.0));
+        let departure = first_in_none(first, slots, &mut self.spans)?;
         // It is this one or a later one: what forbids earlier ones alone need not be looked for.
         self.spans.retain(|span| span.to > departure);
         let known = self.spans.len();
@@ -141,12 +142,12 @@ fn note(piece: &Piece, other: &Use, contact: Contact, last: &mut [Option<Span>],
     }
 }
 
-/// The first moment from one on that is in no span, and, where there are slots, is one of them; sorts the spans. `None` where there is
+/// The first moment from one on that is in no span; sorts the spans. Where there are slots, both moments are slots. `None` where there is
 /// none.
 fn first_in_none(from: f64, slots: Option<Slots>, spans: &mut [Span]) -> Option<f64> {
     let not_before = |moment: f64| slots.map_or(moment, |slots| slots.not_before(moment));
     spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
-    let mut departure = not_before(from);
+    let mut departure = from;
     for span in spans {
         if span.from >= departure {
             break;
