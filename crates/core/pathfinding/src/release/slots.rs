@@ -39,6 +39,11 @@ pub(crate) struct Slots {
 }
 
 impl Slots {
+    /// Returns those of which one is known, and how far from each other they are, in cycles.
+    pub(crate) fn new(one: f64, period: f64) -> Self {
+        Self { one, period }
+    }
+
     /// Returns the first that is not before a moment.
     pub(crate) fn not_before(self, moment: f64) -> f64 {
         if !moment.is_finite() {
@@ -74,7 +79,7 @@ impl Passed {
     pub(crate) fn departures(&self, start: &Start) -> Option<Slots> {
         let passage = start.passage.filter(|passage| passage.timing == Timing::InSlots)?;
         let first = self.first.get(&start.group)? + self.phase(passage);
-        Some(Slots { one: first - passage.distance / self.speed, period: passage.spacing / self.speed })
+        Some(Slots::new(first - passage.distance / self.speed, passage.spacing / self.speed))
     }
 
     /// Returns whether a lane is left empty for long before a circle passes that departs at a moment.

@@ -173,7 +173,7 @@ mod tests {
     const MARGIN: f64 = 0.001;
 
     /// The slow twin: pair by pair, and piece by piece.
-    fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory) -> Option<f64> {
+    fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory, slots: Option<Slots>) -> Option<f64> {
         let mut spans = Vec::new();
         for other in &traffic.planned {
             let usual = traffic.gap + other.radius;
@@ -181,7 +181,8 @@ mod tests {
             forbid(trajectory, (&other.trajectory, other.departure), reach, &mut spans);
         }
         spans.iter_mut().for_each(|span| *span = span.widened());
-        first_in_none(0.0, None, &mut spans)
+        let first = slots.map_or(0.0, |slots| slots.not_before(0.0));
+        first_in_none(first, slots, &mut spans)
     }
 
     #[test]
@@ -205,8 +206,10 @@ mod tests {
             let mut traffic = Traffic::new(RADIUS, MARGIN);
             for circle in 0..20 {
                 let asked = trajectory(&mut dice);
-                let found = traffic.earliest(&asked, None);
-                let expected = earliest_by_pairs(&traffic, &asked);
+                let is_in_slots = dice.roll().is_multiple_of(2);
+                let slots = is_in_slots.then(|| Slots::new(9.0 * dice.share(), 0.1 + 7.0 * dice.share()));
+                let found = traffic.earliest(&asked, slots);
+                let expected = earliest_by_pairs(&traffic, &asked, slots);
                 assert_eq!(found, expected, "seed {seed}, circle {circle}");
                 later += usize::from(found.is_some_and(|departure| departure > 0.0));
                 never += usize::from(found.is_none());
