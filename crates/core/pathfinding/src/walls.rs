@@ -60,6 +60,11 @@ impl Walls {
         self.is_within(to) && self.blocker(from, to).is_none()
     }
 
+    /// Returns how far the middle of a circle can go from a point of the map in any direction at least; negative where that is not known.
+    pub(crate) fn clear_around(&self, point: DVec2) -> f64 {
+        self.leap(self.tile(point))
+    }
+
     /// Returns whether the roomiest point of the tile of a point is so far from every wall.
     pub(crate) fn has_room(&self, point: DVec2, room: f64) -> bool {
         let steps = f64::from(self.steps[self.tile(point)]);

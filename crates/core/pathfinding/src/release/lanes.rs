@@ -18,6 +18,9 @@ const REACH: f64 = 8.0;
 /// How often the search for the wall on a side is halved: to less than a thousandth of a world unit.
 const HALVINGS: u32 = 14;
 
+/// How exactly the wall on a side is known, in world units.
+const RESOLUTION: f64 = REACH / (1u64 << HALVINGS) as f64;
+
 /// How far from a wall it is known for sure whether a line ends before it, in world units: 2^-20, far above rounding.
 const SURE: f64 = 1.0 / (1u64 << 20) as f64;
 
@@ -264,6 +267,7 @@ fn cuts(ground: &Ground, group: &Group, path: &[DVec2]) -> Vec<Option<Cut>> {
     let (first, last) = (path[0], path[path.len() - 1]);
     let (start_extent, goal_extent) = (extent(&group.starts, first), extent(&group.goals, last));
     let mut cuts = Vec::new();
+    let mut narrowest = f64::INFINITY;
     let mut before = 0.0;
     for leg in path.windows(2) {
         let length = leg[0].distance(leg[1]);
@@ -275,7 +279,11 @@ fn cuts(ground: &Ground, group: &Group, path: &[DVec2]) -> Vec<Option<Cut>> {
             // In the middle of a group some would have to go back to it.
             let is_passed = (place > start_extent || !group.starts.iter().any(is_beyond))
                 && (whole - place > goal_extent || group.goals.iter().all(is_beyond));
-            cuts.push(if is_passed { cut(ground, point, unit) } else { None });
+            // Where it is for sure too wide to be among the narrowest it need not be looked at.
+            let is_wide = 2.0 * (ground.walls.clear_around(point) - RESOLUTION) > narrowest + AS_NARROW;
+            let cut = if is_passed && !is_wide { cut(ground, point, unit) } else { None };
+            narrowest = cut.map_or(f64::INFINITY, |cut| cut.width()).lesser(narrowest);
+            cuts.push(cut);
             along += STEP;
         }
         before += length;
@@ -288,7 +296,11 @@ pub(crate) fn extent(points: &[DVec2], from: DVec2) -> f64 {
     points.iter().map(|point| point.distance(from)).fold(0.0, Scalar::greater)
 }
 
+/// The narrowest cut at a point of a path with a direction of length 1; `None` where it is wide.
 fn cut(ground: &Ground, middle: DVec2, unit: DVec2) -> Option<Cut> {
+    if !ground.holds(middle) {
+        return Some(Cut { left: middle, right: middle });
+    }
     let mut narrowest: Option<Cut> = None;
     for (x, y) in DIRECTIONS {
         let direction = DVec2::new(x, y).normalize();
@@ -305,17 +317,15 @@ fn cut(ground: &Ground, middle: DVec2, unit: DVec2) -> Option<Cut> {
     narrowest
 }
 
-/// How far it is to the wall in a direction; `None` where it is farther than `longest` or [`REACH`].
+/// How far it is to the wall in a direction from a point that holds a circle; `None` where it is farther than `longest` or [`REACH`].
 fn end(ground: &Ground, from: DVec2, direction: DVec2, longest: f64) -> Option<f64> {
     let (mut near, mut far) = (0.0, longest.lesser(REACH));
     let is_clear = |so_far: f64| ground.is_clear(from, from + direction * so_far);
-    if is_clear(far) {
+    let wall = ground.walls.way_ahead(from, direction, far + SURE);
+    let is_open = wall.is_infinite() && ground.is_within(from + direction * far);
+    if is_open || is_clear(far) {
         return None;
     }
-    if !ground.holds(from) {
-        return Some(near);
-    }
-    let wall = ground.walls.way_ahead(from, direction, far);
     for _ in 0..HALVINGS {
         let middle = 0.5 * (near + far);
         // Far enough from where the wall is it need not be asked.
