@@ -182,6 +182,7 @@ impl Lanes {
                 fewer((1..self.count).rev().find(is_apart)?)
             }
             Passing::KeepRight => {
+                self.density?;
                 let right = (width >= SLACK * reach).then_some(0.5 * (width - SLACK * reach))?;
                 let (count, density) = best(right, reach);
                 let cuts = self.cuts.iter().map(|cut| cut.right_part(right)).collect();

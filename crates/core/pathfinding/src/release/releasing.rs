@@ -66,7 +66,7 @@ struct Surroundings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reliance {
     OnAll,
-    /// The same, where it only has to be better than a schedule that is known: nobody looks for ways around others.
+    /// The same on shortest ways that only have to be better than a schedule that is known: nobody looks for ways around others.
     OnOwnWays,
     OnNobody,
 }
@@ -138,7 +138,8 @@ impl Releasing {
     fn step(&mut self, tools: &mut Tools<'_>, work: &mut Work) -> Result<Option<Ended>, ReleaseError> {
         let Self { groups, surroundings, attempt, .. } = self;
         let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
-        let reliance = if was_enough { Reliance::OnOwnWays } else { self.reliance };
+        let is_last = was_enough && matches!(attempt.plan, Plan::Shortest(_));
+        let reliance = if is_last { Reliance::OnOwnWays } else { self.reliance };
         let Some(ended) = attempt.step(tools, (groups, surroundings, reliance), work)? else {
             return Ok(None);
         };
