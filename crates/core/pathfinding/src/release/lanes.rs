@@ -339,3 +339,79 @@ fn end(ground: &Ground, from: DVec2, direction: DVec2, longest: f64) -> Option<f
     }
     Some(near)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::planner::Planner;
+    use crate::tests::{Dice, scattered};
+
+    /// The slow twin of [`end`]: asks every time.
+    fn end_by_asking(ground: &Ground, from: DVec2, direction: DVec2, longest: f64) -> Option<f64> {
+        let (mut near, mut far) = (0.0, longest.lesser(REACH));
+        let is_clear = |so_far: f64| ground.is_clear(from, from + direction * so_far);
+        if is_clear(far) {
+            return None;
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (near + far);
+            *(if is_clear(middle) { &mut near } else { &mut far }) = middle;
+        }
+        Some(near)
+    }
+
+    #[test]
+    fn the_wall_on_a_side_is_where_lines_are_not_clear_any_more() {
+        let (mut open, mut closed) = (0, 0);
+        for seed in 0..20 {
+            let mut dice = Dice(seed);
+            let map = scattered(&mut dice, 20, 0.06);
+            let ground = Ground::new(&map, 0.35).unwrap();
+            for _ in 0..300 {
+                let (from, longest) = (dice.place(&map, &ground), 12.0 * dice.share());
+                let (x, y) = DIRECTIONS[usize::try_from(dice.roll() % 8).unwrap()];
+                let direction = DVec2::new(x, y).normalize();
+                let found = end(&ground, from, direction, longest);
+                let expected = end_by_asking(&ground, from, direction, longest);
+                assert_eq!(found, expected, "seed {seed}, {from}, {direction}, {longest}");
+                *(if found.is_none() { &mut open } else { &mut closed }) += 1;
+            }
+        }
+        assert!(open > 1000 && closed > 1000, "{open} {closed}");
+    }
+
+    #[test]
+    fn only_what_is_wider_than_the_narrowest_is_not_looked_at() {
+        let nobody = Group { starts: Vec::new(), goals: Vec::new(), whose: Goals::Own };
+        let (mut looked_at, mut passed_over) = (0, 0);
+        for seed in 0..60 {
+            let mut dice = Dice(seed);
+            let map = scattered(&mut dice, 60, 0.012);
+            let ground = Ground::new(&map, 0.35).unwrap();
+            let mut planner = Planner::new(&ground);
+            let (from, to) = (dice.place(&map, &ground), dice.place(&map, &ground));
+            let Ok(legs) = planner.path(from, to) else { continue };
+            let path = [&[from], legs].concat();
+            let found = cuts(&ground, &nobody, &path);
+            let mut all = Vec::new();
+            for leg in path.windows(2) {
+                let length = leg[0].distance(leg[1]);
+                let unit = (leg[1] - leg[0]) / length;
+                let count = (0..).take_while(|&step| f64::from(step) * STEP < length);
+                all.extend(count.map(|step| cut(&ground, leg[0] + unit * (f64::from(step) * STEP), unit)));
+            }
+            assert_eq!(found.len(), all.len(), "seed {seed}");
+            let narrowest = all.iter().flatten().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
+            for (found, expected) in found.iter().zip(&all) {
+                if found == expected {
+                    looked_at += usize::from(found.is_some());
+                    continue;
+                }
+                let is_wide = expected.is_some_and(|cut| cut.width() > narrowest + AS_NARROW);
+                assert!(found.is_none() && is_wide, "seed {seed}: {found:?}, {expected:?}, {narrowest}");
+                passed_over += 1;
+            }
+        }
+        assert!(looked_at > 300 && passed_over > 50, "{looked_at} {passed_over}");
+    }
+}
