@@ -7,7 +7,7 @@ mod formations;
 mod obstacles;
 mod optimum;
 pub(crate) mod real;
-mod release;
+pub(crate) mod release;
 mod search;
 mod tangents;
 mod trial;

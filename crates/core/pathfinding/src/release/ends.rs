@@ -37,6 +37,15 @@ pub(crate) struct Start {
     pub(crate) trajectory: Trajectory,
 }
 
+#[cfg(test)]
+impl Start {
+    /// A circle that goes nowhere.
+    pub(crate) fn still(point: DVec2) -> Self {
+        let (legs, trajectory) = (Vec::new(), Trajectory::still(point));
+        Self { group: 0, index: 0, point, stream: 0, passage: None, distance: 0.0, legs, trajectory }
+    }
+}
+
 /// A place to go to.
 #[derive(Clone, Debug)]
 pub(crate) struct Goal {
@@ -70,7 +79,7 @@ pub(crate) struct Ends {
 const AT_A_TIME: usize = 12;
 
 /// The part of the way of a group side by side that is to be saved where a narrow place lets more through.
-const DENSER: f64 = 0.125;
+const DENSER: f64 = 0.0625;
 
 /// Which lanes are tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

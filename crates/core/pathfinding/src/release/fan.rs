@@ -108,3 +108,38 @@ impl Mouth {
         (is_clear && ground.is_clear(points[points.len() - 1], end)).then_some(points)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::Dice;
+    use crate::tests::release::gap;
+
+    #[test]
+    fn whoever_comes_from_aside_turns_little_by_little() {
+        let ground = Ground::new(&gap(3), 0.35).unwrap();
+        let reach = 0.7;
+        let mut dice = Dice(3);
+        let ends: Vec<DVec2> =
+            (0..300).map(|_| DVec2::new(2.0 + 27.0 * dice.share(), 3.0 + 12.0 * dice.share())).collect();
+        let lanes = [-1.1, -0.4, 0.4, 1.1].map(|x: f64| {
+            let gate = Gate { point: DVec2::new(15.5 + x, 20.0), outwards: DVec2::NEG_Y };
+            let is_of_lane = |end: &&DVec2| ((end.x - 15.5) / 7.0 - x).abs() < 0.5;
+            (gate, ends.iter().filter(is_of_lane).copied().collect())
+        });
+        let mut turned = 0;
+        for (mouth, (gate, ends)) in fan(&ground, &lanes, reach).into_iter().zip(&lanes) {
+            for &end in ends {
+                let points = mouth.turns(&ground, end).unwrap();
+                assert_eq!(points[0], gate.point);
+                let way: Vec<DVec2> = points.into_iter().chain([end]).collect();
+                for turn in way.windows(3) {
+                    let (one, other) = ((turn[1] - turn[0]).normalize(), (turn[2] - turn[1]).normalize());
+                    assert!(one.dot(other) > TURN.0 - 1e-9, "{end}: {one} {other}");
+                }
+                turned += usize::from(way.len() > 4);
+            }
+        }
+        assert!(turned > 20, "{turned}");
+    }
+}

@@ -414,4 +414,44 @@ mod tests {
         }
         assert!(looked_at > 300 && passed_over > 50, "{looked_at} {passed_over}");
     }
+
+    /// How far the middles of two circles are apart at least.
+    const APART_BY: f64 = 0.7;
+
+    fn lanes(width: f64) -> Lanes {
+        let cut = Cut { left: DVec2::new(0.5 * width, 0.0), right: DVec2::new(-0.5 * width, 0.0) };
+        let (count, density) = best(width, APART_BY);
+        Lanes { cuts: vec![cut], count, density: Some(density) }
+    }
+
+    #[test]
+    fn groups_that_keep_right_pass_each_other() {
+        for width in [0.71, 1.3, 2.3, 4.3] {
+            let there = lanes(width).passed(Passing::KeepRight, APART_BY).unwrap();
+            // Who comes back sees the same place the other way around.
+            let back = Lanes {
+                cuts: vec![Cut { left: -there.cuts[0].left, right: -there.cuts[0].right }],
+                ..there.clone()
+            };
+            for (lane, other) in
+                (0..there.count).flat_map(|lane| (0..back.count).map(move |other| (lane, other)))
+            {
+                let (one, another) = (there.points(lane).next().unwrap(), back.points(other).next().unwrap());
+                assert!(one.distance(another) >= APART_BY, "{width}: {one} {another}");
+            }
+        }
+        assert_eq!(lanes(0.69).passed(Passing::KeepRight, APART_BY), None);
+    }
+
+    #[test]
+    fn a_place_is_passed_in_another_way_only_if_there_is_one() {
+        let counts = |width: f64| {
+            Passing::ALL.map(|passing| lanes(width).passed(passing, APART_BY).map(|lanes| lanes.count))
+        };
+        // Two lanes in which circles stand in each other's gaps; one; three, two that are apart, and each way two of those.
+        assert_eq!(counts(0.3), [Some(2), Some(2), Some(1), None, Some(1), Some(1)]);
+        assert_eq!(counts(0.05), [Some(2), Some(2), Some(1), None, Some(1), Some(1)]);
+        assert_eq!(counts(0.0), [Some(1), None, None, None, None, None]);
+        assert_eq!(counts(1.3), [Some(3), Some(3), Some(2), Some(2), Some(2), Some(1)]);
+    }
 }

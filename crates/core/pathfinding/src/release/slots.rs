@@ -104,3 +104,50 @@ impl Passed {
         if passage.lane.is_multiple_of(2) { 0.0 } else { 0.5 * passage.spacing / self.speed }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use maniple_geometry::Scalar;
+
+    use super::*;
+    use crate::tests::Dice;
+
+    #[test]
+    fn the_next_slot_is_the_first_that_is_not_before() {
+        let mut dice = Dice(7);
+        for _ in 0..10_000 {
+            let slots = Slots { one: 200.0 * dice.share() - 100.0, period: 1.0 + 4.0 * dice.share() };
+            let moment = 500.0 * dice.share();
+            let found = slots.not_before(moment);
+            // The slow twin: slot by slot.
+            let mut slot = slots.one - 100.0 * slots.period;
+            while slot < moment - 1e-9 {
+                slot += slots.period;
+            }
+            let rounded = (found - slot).abs().lesser((found - slot - slots.period).abs());
+            assert!(found >= moment && rounded < 1e-9, "{slots:?} {moment}: {found} instead of {slot}");
+        }
+        let slots = Slots { one: 0.0, period: 2.0 };
+        assert_eq!(slots.not_before(f64::INFINITY), f64::INFINITY);
+    }
+
+    #[test]
+    fn neighbours_pass_half_a_slot_after_each_other() {
+        let start = |lane: usize, distance: f64| {
+            let passage = Passage { lane, distance, spacing: 0.8, timing: Timing::InSlots };
+            Start { passage: Some(passage), ..Start::still(glam::DVec2::ZERO) }
+        };
+        let mut passed = Passed::new(0.2);
+        let (first, second, third) = (start(1, 3.0), start(2, 4.0), start(1, 7.0));
+        assert_eq!(passed.departures(&first), None);
+        passed.take(&first, 10.0);
+        let moments = |start: &Start| {
+            let departure = passed.departures(start).unwrap().not_before(10.0);
+            (start.passage.unwrap().distance / 0.2 + departure - 25.0) / 4.0
+        };
+        assert!((moments(&second).fract() - 0.5).abs() < 1e-9, "{}", moments(&second));
+        assert!((moments(&third).fract() + 1e-9).fract() < 1e-6, "{}", moments(&third));
+        assert!(!passed.is_late(&third, 10.0 - 20.0 + 4.0));
+        assert!(passed.is_late(&third, 10.0));
+    }
+}
