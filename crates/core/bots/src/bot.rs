@@ -10,6 +10,7 @@ use crate::gather::Gather;
 use crate::idle::Idle;
 use crate::led::Led;
 use crate::r#macro::Macro;
+use crate::player::{Player, Start};
 use crate::random::Random;
 use crate::rush::Rush;
 use crate::straight::Straight;
@@ -71,20 +72,29 @@ pub struct UnknownBot {
 /// # Errors
 /// A name that is not one of [`NAMES`].
 pub fn make(name: &str, seed: u64) -> Result<Box<dyn Bot + Send>, UnknownBot> {
-    match name {
-        Commander::NAME => Ok(Box::new(Commander::new(seed))),
-        Focus::NAME => Ok(Box::new(Focus::new(seed))),
-        Gather::NAME => Ok(Box::new(Gather::new(seed))),
-        Idle::NAME => Ok(Box::new(Idle)),
-        Macro::NAME => Ok(Box::new(Macro::new(seed))),
-        Random::NAME => Ok(Box::new(Random::new(seed))),
-        Rush::NAME => Ok(Box::new(Rush::new(seed))),
-        Straight::NAME => Ok(Box::new(Straight::new(seed))),
+    let bot: Box<dyn Bot + Send> = match name {
+        Commander::NAME => Box::new(Player::new(Commander::NAME, seed, Commander::begin)),
+        Focus::NAME => Box::new(Player::new(Focus::NAME, seed, Focus::begin)),
+        Gather::NAME => Box::new(Player::new(Gather::NAME, seed, Gather::begin)),
+        Idle::NAME => Box::new(Idle),
+        Macro::NAME => Box::new(Player::new(Macro::NAME, seed, Macro::begin)),
+        Random::NAME => Box::new(random(seed)),
+        Rush::NAME => Box::new(Player::new(Rush::NAME, seed, Rush::begin)),
+        Straight::NAME => Box::new(Player::new(Straight::NAME, seed, Straight::begin)),
         _ => match Tactic::parse(name) {
-            Ok(tactic) => Ok(Box::new(Led::new(tactic))),
-            Err(_) => Err(UnknownBot { name: name.to_owned() }),
+            Ok(tactic) => Box::new(Player::new(tactic.name(), seed, move |start: &Start, view: &View| {
+                Led::begin(tactic, start, view)
+            })),
+            Err(_) => return Err(UnknownBot { name: name.to_owned() }),
         },
-    }
+    };
+    Ok(bot)
+}
+
+/// Returns the bot `random`, which sends each of its units that rests to a random point of the map.
+#[must_use]
+pub fn random(seed: u64) -> impl Bot + Send {
+    Player::new(Random::NAME, seed, Random::begin)
 }
 
 #[cfg(test)]

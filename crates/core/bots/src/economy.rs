@@ -2,9 +2,13 @@
 
 mod berths;
 mod miners;
+mod projects;
 mod sites;
 mod town;
+mod training;
 mod worth;
 
 pub(crate) use miners::Miners;
+pub(crate) use projects::Projects;
 pub(crate) use town::{Plans, Town};
+pub(crate) use training::{Means, train};

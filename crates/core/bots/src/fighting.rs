@@ -3,10 +3,11 @@
 mod aim;
 mod force;
 mod retreat;
-pub(crate) mod siege;
+mod siege;
 #[cfg(test)]
 mod test_items;
 mod volley;
 
 pub(crate) use aim::{is_fighter, is_in_range, weapon};
 pub(crate) use force::{Battle, Force};
+pub(crate) use siege::{Siege, Sieges, deploy};

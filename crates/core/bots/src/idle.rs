@@ -6,7 +6,7 @@ use crate::bot::Bot;
 
 /// Gives no command: an opponent that stands in the way, and the least that a bot can be.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Idle;
+pub(crate) struct Idle;
 
 impl Idle {
     pub(crate) const NAME: &str = "idle";

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use maniple_geometry::Scalar;
 use maniple_pathfinding::Tactic;
-use maniple_view::{Command, Delta, Layer, Rules, Seat, Terrain, UnitTypeId, View, Zone};
+use maniple_view::{Command, Delta, Layer, UnitTypeId, View, Zone};
 
-use crate::bot::Bot;
 use crate::moving::March;
+use crate::player::{Play, Start};
 use crate::post::Post;
 use crate::seeing::{Item, Scene};
 use crate::straight::slots;
@@ -16,42 +16,25 @@ use crate::straight::slots;
 /// `maniple-pathfinding`; the bot has the name of its tactic. It plans on the terrain and around the buildings that are known at the
 /// start.
 #[derive(Clone, Debug)]
-pub struct Led {
-    tactic: Tactic,
-    seat: Seat,
-    rules: Option<Rules>,
-    /// From the first view on.
-    marches: Option<Vec<March>>,
+pub(crate) struct Led {
+    marches: Vec<March>,
 }
 
 impl Led {
-    /// Returns the bot; it has to be started.
-    #[must_use]
-    pub fn new(tactic: Tactic) -> Self {
-        Self { tactic, seat: Seat(0), rules: None, marches: None }
+    pub(crate) fn begin(tactic: Tactic, start: &Start, view: &View) -> Self {
+        let Some(zone) = start.rules.objective.zone_of(start.seat) else {
+            return Self { marches: Vec::new() };
+        };
+        let mut post = Post::default();
+        let scene = post.look(start, view);
+        Self { marches: marches(tactic, &mut post, &scene, &zone) }
     }
 }
 
-impl Bot for Led {
-    fn name(&self) -> &'static str {
-        self.tactic.name()
-    }
-
-    fn on_start(&mut self, seat: Seat, rules: &Rules, _terrain: &Terrain) {
-        *self = Self { seat, rules: Some(rules.clone()), ..Self::new(self.tactic) };
-    }
-
-    fn on_cycle(&mut self, view: &View, _delta: &Delta) -> Vec<Command> {
-        let Some(rules) = &self.rules else { return Vec::new() };
-        let Some(zone) = rules.objective.zone_of(self.seat) else { return Vec::new() };
-        let (tactic, seat) = (self.tactic, self.seat);
-        let marches = self.marches.get_or_insert_with(|| {
-            let mut post = Post::default();
-            let scene = post.look(view, rules, seat);
-            marches(tactic, &mut post, &scene, &zone)
-        });
-        let scene = Scene::of(view, rules, seat);
-        marches.iter_mut().flat_map(|march| march.advance(view.cycle(), &scene, |_| true)).collect()
+impl Play for Led {
+    fn play(&mut self, start: &Start, view: &View, _delta: &Delta) -> Vec<Command> {
+        let scene = start.scene(view);
+        self.marches.iter_mut().flat_map(|march| march.advance(view.cycle(), &scene, |_| true)).collect()
     }
 }
 

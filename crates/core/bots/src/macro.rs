@@ -2,12 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use maniple_view::{Command, Delta, Handle, Rules, Seat, Terrain, View};
+use maniple_view::{Command, Delta, Handle, View};
 
-use crate::bot::Bot;
 use crate::economy::{Miners, Plans, Town};
 use crate::fighting::{Battle, Force, is_fighter};
 use crate::moving::around;
+use crate::player::{Play, Start};
 use crate::post::Post;
 use crate::seeing::{Item, Scene, Search, middle, nearest};
 
@@ -29,10 +29,7 @@ const RALLY: f64 = 0.2;
 /// Gathers as `gather` does, builds what it takes to train the fighter that is worth most, looks for the enemy, and fights as `focus` does,
 /// as far as the scenario lets it.
 #[derive(Clone, Debug)]
-pub struct Macro {
-    seed: u64,
-    seat: Seat,
-    rules: Option<Rules>,
+pub(crate) struct Macro {
     post: Post,
     miners: Miners,
     town: Town,
@@ -41,50 +38,34 @@ pub struct Macro {
     wave: Force,
     /// Who is out.
     out: BTreeSet<Handle>,
-    /// From the first view on.
-    search: Option<Search>,
+    search: Search,
 }
 
 impl Macro {
     pub(crate) const NAME: &str = "macro";
 
-    /// Returns the bot; it has to be started.
-    #[must_use]
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn begin(start: &Start, view: &View) -> Self {
         Self {
-            seed,
-            seat: Seat(0),
-            rules: None,
             post: Post::default(),
-            miners: Miners::new(seed),
+            miners: Miners::new(start.seed),
             town: Town::default(),
             guard: Force::default(),
             wave: Force::default(),
             out: BTreeSet::new(),
-            search: None,
+            search: Search::from_home(start, view),
         }
     }
 }
 
-impl Bot for Macro {
-    fn name(&self) -> &'static str {
-        Self::NAME
-    }
-
-    fn on_start(&mut self, seat: Seat, rules: &Rules, _terrain: &Terrain) {
-        *self = Self { seat, rules: Some(rules.clone()), ..Self::new(self.seed) };
-    }
-
-    fn on_cycle(&mut self, view: &View, _delta: &Delta) -> Vec<Command> {
-        let Some(rules) = &self.rules else { return Vec::new() };
-        let Self { seed, seat, post, miners, town, guard, wave, out, search, .. } = self;
-        let scene = post.look(view, rules, *seat);
-        let search = search.get_or_insert_with(|| Search::new(*seed, middle(&scene.own)));
-        let grows = rules.unit_types.iter().any(|kind| !kind.trains.is_empty());
+impl Play for Macro {
+    fn play(&mut self, start: &Start, view: &View, _delta: &Delta) -> Vec<Command> {
+        let Self { post, miners, town, guard, wave, out, search } = self;
+        let scene = post.look(start, view);
+        let grows = start.can_train();
         let mut commands = Vec::new();
         if grows {
             let lanes = miners.lanes();
-            let plans = Plans { view, rules, scene: &scene, lanes: &lanes };
+            let plans = Plans { view, start, scene: &scene, lanes: &lanes };
             commands.extend(town.grow(post, plans));
         }
         let threats = threats(&scene);
@@ -107,7 +88,7 @@ impl Bot for Macro {
             fighters.into_iter().partition(|item| out.contains(&item.object));
         let size = post.roads.size();
         let rally = search.home() + (size * 0.5 - search.home()) * RALLY;
-        let battle = Battle { cycle: view.cycle(), scene: &scene, friendly_fire: rules.friendly_fire };
+        let battle = Battle { cycle: view.cycle(), scene: &scene, friendly_fire: start.rules.friendly_fire };
         let known = Search::known(&scene, &post.memory, search.home());
         if known.is_none() && away.is_empty() && home.len() >= SCOUTED_FROM {
             commands.extend(look_around(post, &scene, home.remove(0), search));
@@ -128,10 +109,8 @@ impl Bot for Macro {
 
 /// Returns the armed enemies near the buildings of the seat.
 fn threats<'a, 'b>(scene: &'b Scene<'a>) -> Vec<&'b Item<'a>> {
-    let is_near = |enemy: &Item<'_>| {
-        scene.own.iter().any(|item| item.kind.is_building() && item.distance(enemy) < THREAT)
-    };
-    scene.enemies.iter().filter(|enemy| enemy.kind.weapon.is_some() && is_near(enemy)).collect()
+    let is_threat = |enemy: &&Item<'_>| enemy.kind.weapon.is_some() && scene.is_near_buildings(enemy, THREAT);
+    scene.enemies.iter().filter(is_threat).collect()
 }
 
 /// Returns the workers that defend the buildings: all against who reaches no farther than they do, where fighters are fewer than

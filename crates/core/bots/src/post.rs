@@ -1,10 +1,11 @@
 //! What every bot that looks before it acts keeps from cycle to cycle.
 
-use maniple_view::{Rules, Seat, Shape, View};
+use maniple_view::{Shape, View};
 
 use crate::moving::Roads;
 use crate::orders::Orders;
-use crate::seeing::{Block, Item, Memory, Scene};
+use crate::player::Start;
+use crate::seeing::{Item, Memory, Scene};
 
 /// The command post of a seat: the roads, what is remembered, and what everybody was told.
 #[derive(Clone, Debug, Default)]
@@ -16,18 +17,12 @@ pub(crate) struct Post {
 
 impl Post {
     /// Takes in the view of a cycle, and returns it sorted.
-    pub(crate) fn look<'a>(&mut self, view: &'a View, rules: &'a Rules, seat: Seat) -> Scene<'a> {
-        let scene = Scene::of(view, rules, seat);
+    pub(crate) fn look<'a>(&mut self, start: &'a Start, view: &'a View) -> Scene<'a> {
+        let scene = start.scene(view);
         self.memory.refresh(&scene);
         self.orders.refresh(&scene);
         let is_house = |item: &&Item<'_>| matches!(item.kind.shape, Shape::Rectangle { .. });
-        let mut blocks: Vec<Block> = scene.all().filter(is_house).map(Item::block).collect();
-        blocks.extend(self.memory.blocks().copied());
-        blocks.sort_by(|one, other| {
-            (one.center.y.total_cmp(&other.center.y)).then(one.center.x.total_cmp(&other.center.x))
-        });
-        blocks.dedup();
-        self.roads.refresh(view.terrain(), blocks);
+        self.roads.refresh(view.terrain(), self.memory.with(scene.all().filter(is_house)));
         scene
     }
 }

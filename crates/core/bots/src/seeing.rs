@@ -7,5 +7,5 @@ mod search;
 
 pub(crate) use block::{Block, nearest_point};
 pub(crate) use memory::Memory;
-pub(crate) use scene::{Item, Scene, middle, nearest};
+pub(crate) use scene::{Item, Scene, middle, nearest, size};
 pub(crate) use search::Search;

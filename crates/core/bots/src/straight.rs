@@ -3,10 +3,12 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-use maniple_view::{Command, Delta, Handle, Rules, Seat, Terrain, View, Zone};
+use maniple_geometry::Scalar;
+use maniple_view::{Command, Delta, Handle, View, Zone};
 
-use crate::bot::Bot;
 use crate::keyed::{Purpose, fraction, keyed};
+use crate::player::{Play, Start};
+use crate::seeing::size;
 
 /// Distance of goals in a zone beyond touching, as a part of a unit's diameter.
 const SLOT_GAP: f64 = 0.25;
@@ -26,12 +28,10 @@ const DETOURS_MAX: u32 = 32;
 /// It knows no walls; that it gets around them is luck and patience. Without detours not one unit arrives in the
 /// scenarios that ship with Maniple, with them nearly all: see `docs/decisions/0008-detours-of-straight.md`.
 #[derive(Clone, Debug)]
-pub struct Straight {
+pub(crate) struct Straight {
     seed: u64,
-    seat: Seat,
-    can_move: Vec<bool>,
-    zone: Option<Zone>,
     size: DVec2,
+    zone: Option<Zone>,
     slots: Vec<DVec2>,
     /// Orders given to each unit that has not arrived.
     tries: BTreeMap<Handle, u32>,
@@ -40,16 +40,15 @@ pub struct Straight {
 impl Straight {
     pub(crate) const NAME: &str = "straight";
 
-    /// Returns the bot; it has to be started.
-    #[must_use]
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn begin(start: &Start, view: &View) -> Self {
+        let movers = start.rules.unit_types.iter().filter(|kind| kind.speed > 0.0);
+        let widest = movers.fold(0.0, |most: f64, kind| most.greater(kind.shape.radius()));
+        let zone = start.rules.objective.zone_of(start.seat);
         Self {
-            seed,
-            seat: Seat(0),
-            can_move: Vec::new(),
-            zone: None,
-            size: DVec2::ZERO,
-            slots: Vec::new(),
+            seed: start.seed,
+            size: size(view.terrain()),
+            zone,
+            slots: zone.map(|zone| slots(&zone, widest)).unwrap_or_default(),
             tries: BTreeMap::new(),
         }
     }
@@ -79,31 +78,13 @@ impl Straight {
     }
 }
 
-impl Bot for Straight {
-    fn name(&self) -> &'static str {
-        Self::NAME
-    }
-
-    fn on_start(&mut self, seat: Seat, rules: &Rules, terrain: &Terrain) {
-        let mut radius_max = 0.0;
-        for unit_type in &rules.unit_types {
-            if unit_type.speed > 0.0 && unit_type.shape.radius() > radius_max {
-                radius_max = unit_type.shape.radius();
-            }
-        }
-        self.seat = seat;
-        self.can_move = rules.unit_types.iter().map(|unit_type| unit_type.speed > 0.0).collect();
-        self.size = DVec2::new(f64::from(terrain.width), f64::from(terrain.height));
-        self.zone = rules.objective.zone_of(seat);
-        self.slots = self.zone.map(|zone| slots(&zone, radius_max)).unwrap_or_default();
-    }
-
-    fn on_cycle(&mut self, view: &View, _delta: &Delta) -> Vec<Command> {
+impl Play for Straight {
+    fn play(&mut self, start: &Start, view: &View, _delta: &Delta) -> Vec<Command> {
         let Some(zone) = self.zone else { return Vec::new() };
-        let units = view.objects_of(self.seat).count();
+        let units = view.objects_of(start.seat).count();
         let mut commands = Vec::new();
-        for (index, (object, seen)) in view.objects_of(self.seat).enumerate() {
-            let is_at_work = seen.base.is_moving() || !self.can_move[usize::from(seen.unit_type.0)];
+        for (index, (object, seen)) in view.objects_of(start.seat).enumerate() {
+            let is_at_work = seen.base.is_moving() || start.kind(seen.unit_type).speed == 0.0;
             if is_at_work || zone.contains(seen.base.position(view.cycle())) {
                 continue;
             }

@@ -7,7 +7,7 @@ use maniple_view::{Command, Handle, Mode, Task, View};
 
 use super::ground::Ground;
 use super::trips::{Step, Trips, path};
-use crate::fighting::{is_fighter, is_in_range, siege};
+use crate::fighting::{Siege, Sieges, deploy, is_fighter, is_in_range};
 use crate::keyed::{Purpose, keyed};
 use crate::seeing::{Block, Item, Memory, Scene, Search, middle, nearest};
 
@@ -44,8 +44,7 @@ pub(super) struct Army {
     strength: usize,
     /// At whom each was told to fire.
     targets: BTreeMap<Handle, Handle>,
-    /// Since when those in the other mode have had nobody in range.
-    bored: BTreeMap<Handle, u32>,
+    sieges: Sieges,
 }
 
 /// What an army gives its orders from.
@@ -61,15 +60,15 @@ pub(super) struct Situation<'a, 'b> {
 
 impl Army {
     /// Returns an army; it sets out at once unless more fighters can come.
-    pub(super) fn new(seed: u64, home: DVec2, grows: bool) -> Self {
+    pub(super) fn new(seed: u64, search: Search, grows: bool) -> Self {
         Self {
             seed,
-            search: Search::new(seed, home),
+            search,
             grows,
             is_out: !grows,
             strength: ARMY_MIN + more(seed, 0),
             targets: BTreeMap::new(),
-            bored: BTreeMap::new(),
+            sieges: Sieges::default(),
         }
     }
 
@@ -77,7 +76,7 @@ impl Army {
     pub(super) fn fight(&mut self, situation: &mut Situation<'_, '_>) -> Vec<Command> {
         let scene = situation.scene;
         self.targets.retain(|object, _| scene.own(*object).is_some());
-        self.bored.retain(|object, _| scene.own(*object).is_some());
+        self.sieges.refresh(scene);
         let fighters: Vec<&Item<'_>> = scene.own.iter().filter(|item| is_fighter(item)).collect();
         if fighters.is_empty() {
             self.is_out &= !self.grows;
@@ -89,7 +88,7 @@ impl Army {
         for item in fighters {
             match item.seen.status.mode {
                 Mode::Normal => {
-                    let command = (siege::deploy(item, &scene.enemies, 0.0))
+                    let command = (deploy(item, &scene.enemies, 0.0))
                         .or_else(|| self.engage(situation, item))
                         .or_else(|| self.advance(situation, item, &goal));
                     commands.extend(command);
@@ -118,9 +117,7 @@ impl Army {
     /// where none is, to where one might be.
     fn goal(&mut self, situation: &Situation<'_, '_>, fighters: &[&Item<'_>]) -> Block {
         let scene = situation.scene;
-        let is_threat = |enemy: &&Item<'_>| {
-            scene.own.iter().any(|item| item.kind.is_building() && item.distance(enemy) < THREAT)
-        };
+        let is_threat = |enemy: &&Item<'_>| scene.is_near_buildings(enemy, THREAT);
         let home = self.search.home();
         let threat = if self.grows { nearest(scene.enemies.iter().filter(is_threat), home) } else { None };
         if let Some(threat) = threat {
@@ -180,21 +177,12 @@ impl Army {
     /// Fires from the other mode at where it hits most; goes back when there has been nobody in range for a while.
     fn besiege(&mut self, situation: &Situation<'_, '_>, item: &Item<'_>) -> Option<Command> {
         let object = item.object;
-        let now = situation.view.cycle().0;
-        let own = item.seen.own?;
-        let weapon = item.kind.alternate.as_ref()?.weapon.as_ref()?;
-        let in_range = |enemy: &&Item<'_>| siege::reaches(item, enemy, weapon, 0.0);
-        let targets: Vec<&Item<'_>> = situation.scene.enemies.iter().filter(in_range).collect();
-        if targets.is_empty() {
-            let since = *self.bored.entry(object).or_insert(now);
-            return (now - since > siege::PATIENCE).then_some(Command::Switch { object });
+        let Situation { view, scene, friendly_fire, .. } = situation;
+        match self.sieges.next(item, scene, view.cycle(), *friendly_fire)? {
+            Siege::Fire(point) => Some(Command::AttackAt { object, x: point.x, y: point.y }),
+            Siege::Over => Some(Command::Switch { object }),
+            Siege::Wait | Siege::Spare => None,
         }
-        self.bored.remove(&object);
-        if own.ready.0 > now {
-            return None;
-        }
-        siege::best_point(&targets, situation.scene, weapon, situation.friendly_fire)
-            .map(|point| Command::AttackAt { object, x: point.x, y: point.y })
     }
 }
 

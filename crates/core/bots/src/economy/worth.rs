@@ -1,40 +1,33 @@
 //! What is worth having: which fighter, and what it takes to train it.
 
-use maniple_view::{Rules, UnitType, UnitTypeId};
+use maniple_view::{UnitType, UnitTypeId};
 
+use crate::player::Start;
 use crate::seeing::Scene;
-
-/// Returns a unit type of the rules.
-pub(crate) fn kind(rules: &Rules, unit_type: UnitTypeId) -> &UnitType {
-    &rules.unit_types[usize::from(unit_type.0)]
-}
 
 /// Returns the fighter that is worth most for what it costs, of all that the seat's buildings train or its workers' buildings would; of
 /// several the first. `None` where there is none.
 ///
 /// Two armies wear each other out as the squares of their numbers (Lanchester, *Aircraft in Warfare*, 1916): an army is worth its number
 /// squared times the damage and the hit points of one, and so many can be had as the resources last.
-pub(crate) fn best_fighter(rules: &Rules, scene: &Scene<'_>) -> Option<UnitTypeId> {
+pub(crate) fn best_fighter(start: &Start, scene: &Scene<'_>) -> Option<UnitTypeId> {
     let own = scene.own.iter().flat_map(|item| item.kind.trains.iter());
     let builds = scene.own.iter().flat_map(|item| item.kind.builds.iter());
-    let later = builds.flat_map(|&building| kind(rules, building).trains.iter());
+    let later = builds.flat_map(|&building| start.kind(building).trains.iter());
     let mut known: Vec<UnitTypeId> = own.chain(later).copied().collect();
     known.sort_unstable();
     known.dedup();
-    known.retain(|&unit_type| is_fighter(kind(rules, unit_type)));
-    known
-        .into_iter()
-        .rev()
-        .max_by(|&one, &other| worth(kind(rules, one)).total_cmp(&worth(kind(rules, other))))
+    known.retain(|&unit_type| is_fighter(start.kind(unit_type)));
+    known.into_iter().rev().max_by(|&one, &other| worth(start.kind(one)).total_cmp(&worth(start.kind(other))))
 }
 
 /// Returns the building that is missing for a unit type to be trained: what it requires, or what trains it; `None` where nothing is, or
 /// the seat's workers cannot build it. What stands unfinished is not missing.
-pub(crate) fn missing_for(rules: &Rules, scene: &Scene<'_>, unit_type: UnitTypeId) -> Option<UnitTypeId> {
+pub(crate) fn missing_for(start: &Start, scene: &Scene<'_>, unit_type: UnitTypeId) -> Option<UnitTypeId> {
     let mut wanted = unit_type;
     // Each round goes a step up the chain of what is required.
-    for _ in 0..rules.unit_types.len() {
-        let missing = requirements(rules, scene, wanted).find(|&building| !has(scene, building));
+    for _ in 0..start.rules.unit_types.len() {
+        let missing = requirements(start, scene, wanted).find(|&building| !has(scene, building));
         match missing {
             Some(building) => wanted = building,
             None => break,
@@ -44,22 +37,19 @@ pub(crate) fn missing_for(rules: &Rules, scene: &Scene<'_>, unit_type: UnitTypeI
 }
 
 /// Returns what it takes to train or build a unit type: what it requires, then what trains it.
-fn requirements(rules: &Rules, scene: &Scene<'_>, unit_type: UnitTypeId) -> impl Iterator<Item = UnitTypeId> {
-    let trains = trainers(rules, scene, unit_type).next();
-    kind(rules, unit_type).making.requires.iter().copied().chain(trains)
+fn requirements(start: &Start, scene: &Scene<'_>, unit_type: UnitTypeId) -> impl Iterator<Item = UnitTypeId> {
+    let trains = trainers(start, scene, unit_type).next();
+    start.kind(unit_type).making.requires.iter().copied().chain(trains)
 }
 
 /// Returns the buildings that the seat's workers build and that train a unit type.
 pub(crate) fn trainers(
-    rules: &Rules,
+    start: &Start,
     scene: &Scene<'_>,
     unit_type: UnitTypeId,
 ) -> impl Iterator<Item = UnitTypeId> {
-    let mut buildings: Vec<UnitTypeId> = scene.own.iter().flat_map(|item| item.kind.builds.clone()).collect();
-    buildings.sort_unstable();
-    buildings.dedup();
-    buildings.retain(|&building| kind(rules, building).trains.contains(&unit_type));
-    buildings.into_iter()
+    let buildings = scene.buildable().into_iter();
+    buildings.filter(move |&building| start.kind(building).trains.contains(&unit_type))
 }
 
 fn has(scene: &Scene<'_>, unit_type: UnitTypeId) -> bool {

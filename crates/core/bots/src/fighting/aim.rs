@@ -1,5 +1,6 @@
 //! Weapons, ranges and damage.
 
+use maniple_geometry::Cycle;
 use maniple_view::{Mode, UnitType, Weapon};
 
 use crate::seeing::Item;
@@ -21,6 +22,11 @@ pub(crate) fn weapon<'a>(item: &Item<'a>) -> Option<&'a Weapon> {
 /// Returns what a unit type fights with in its other mode; `None` where it has none, or does not.
 pub(crate) fn alternate_weapon(kind: &UnitType) -> Option<&Weapon> {
     kind.alternate.as_ref()?.weapon.as_ref()
+}
+
+/// Returns whether a unit can fire in this cycle.
+pub(crate) fn is_ready(item: &Item<'_>, cycle: Cycle) -> bool {
+    item.seen.own.is_some_and(|own| own.ready <= cycle)
 }
 
 /// Returns whether a weapon reaches from one to the other where they are.

@@ -1,15 +1,13 @@
 //! Fighters that go and fight together.
 
-use std::collections::BTreeMap;
-
 use glam::DVec2;
 use maniple_geometry::{Cycle, Scalar};
 use maniple_pathfinding::Planner;
-use maniple_view::{Command, Handle, Mode};
+use maniple_view::{Command, Mode};
 
-use super::aim::{alternate_weapon, is_in_range, weapon};
+use super::aim::{alternate_weapon, is_in_range, is_ready, weapon};
 use super::retreat::step_back;
-use super::siege;
+use super::siege::{Siege, Sieges, deploy};
 use super::volley::volley;
 use crate::moving::Advance;
 use crate::post::Post;
@@ -51,8 +49,7 @@ pub(crate) struct Force {
     advance: Advance,
     /// Where it gathers or goes next.
     stage: Option<Stage>,
-    /// Since when those in the other mode have had nobody in range.
-    bored: BTreeMap<Handle, u32>,
+    sieges: Sieges,
 }
 
 /// Where a force goes next, and since when.
@@ -73,7 +70,7 @@ impl Force {
         (goal, fallback): (DVec2, Option<DVec2>),
     ) -> Vec<Command> {
         let Battle { cycle, scene, .. } = battle;
-        self.bored.retain(|object, _| scene.own(*object).is_some());
+        self.sieges.refresh(scene);
         let shooters: Vec<&Item<'_>> =
             fighters.iter().copied().filter(|item| is_ready(item, cycle) && is_direct(item)).collect();
         let targets = volley(&shooters, &scene.enemies);
@@ -89,7 +86,7 @@ impl Force {
                 Mode::Switching | Mode::SwitchingBack | Mode::Site => None,
                 Mode::Alternate => self.besiege(battle, item, point),
                 Mode::Normal => {
-                    if let Some(switch) = siege::deploy(item, &scene.enemies, CLOSING) {
+                    if let Some(switch) = deploy(item, &scene.enemies, CLOSING) {
                         Some(switch)
                     } else if flight.is_some() && is_far(item, point) {
                         marchers.push(item.object);
@@ -162,22 +159,12 @@ impl Force {
     fn besiege(&mut self, battle: Battle<'_, '_>, item: &Item<'_>, point: DVec2) -> Option<Command> {
         let Battle { cycle, scene, friendly_fire } = battle;
         let object = item.object;
-        let weapon = alternate_weapon(item.kind)?;
-        let in_range = |enemy: &&Item<'_>| siege::reaches(item, enemy, weapon, 0.0);
-        let targets: Vec<&Item<'_>> = scene.enemies.iter().filter(in_range).collect();
-        if targets.is_empty() {
-            let since = *self.bored.entry(object).or_insert(cycle.0);
-            let is_over = cycle.0 > since + siege::PATIENCE;
-            return (is_over && item.center.distance(point) > weapon.range)
-                .then_some(Command::Switch { object });
-        }
-        self.bored.remove(&object);
-        if !is_ready(item, cycle) {
-            return None;
-        }
-        match siege::best_point(&targets, scene, weapon, friendly_fire) {
-            Some(point) => Some(Command::AttackAt { object, x: point.x, y: point.y }),
-            None => Some(Command::Stop { object }),
+        let reach = alternate_weapon(item.kind)?.range;
+        match self.sieges.next(item, scene, cycle, friendly_fire)? {
+            Siege::Fire(point) => Some(Command::AttackAt { object, x: point.x, y: point.y }),
+            Siege::Spare => Some(Command::Stop { object }),
+            Siege::Over => (item.center.distance(point) > reach).then_some(Command::Switch { object }),
+            Siege::Wait => None,
         }
     }
 }
@@ -225,11 +212,6 @@ fn reload(post: &mut Post, battle: Battle<'_, '_>, item: &Item<'_>) -> Option<Co
 /// Returns whether a unit is stepping back.
 fn steps_back(post: &Post, item: &Item<'_>) -> bool {
     item.seen.base.is_moving() && matches!(post.orders.told(item), Some(Command::Move { .. }))
-}
-
-/// Returns whether a unit can fire in this cycle.
-fn is_ready(item: &Item<'_>, cycle: Cycle) -> bool {
-    item.seen.own.is_some_and(|own| own.ready <= cycle)
 }
 
 /// Returns whether it fires at objects, in the mode in which it goes.

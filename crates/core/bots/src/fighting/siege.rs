@@ -1,19 +1,70 @@
 //! Units with a second mode that reaches farther and hits around.
 
-use glam::DVec2;
-use maniple_view::{Command, Weapon};
+use std::collections::BTreeMap;
 
-use super::aim::{alternate_weapon, can_hit};
+use glam::DVec2;
+use maniple_geometry::Cycle;
+use maniple_view::{Command, Handle, Weapon};
+
+use super::aim::{alternate_weapon, can_hit, is_ready};
 use crate::seeing::{Item, Scene};
 
 /// Cycles with nobody in range after which a unit goes back to its first mode.
-pub(crate) const PATIENCE: u32 = 16;
+const PATIENCE: u32 = 16;
 
 /// How much farther than the least range of the second mode an enemy has to be, in world units: it comes nearer meanwhile.
 const MARGIN: f64 = 2.0;
 
 /// Most points that are compared.
 const CANDIDATES_MAX: usize = 12;
+
+/// What a unit in its second mode can do in a cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Siege {
+    /// There is nobody in range, or it reloads.
+    Wait,
+    /// It fires at a point.
+    Fire(DVec2),
+    /// Wherever it fires, it hits friends as well as enemies.
+    Spare,
+    /// There has been nobody in range for a while.
+    Over,
+}
+
+/// Since when units in their second mode have had nobody in range.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sieges {
+    bored: BTreeMap<Handle, u32>,
+}
+
+impl Sieges {
+    /// Forgets who is gone.
+    pub(crate) fn refresh(&mut self, scene: &Scene<'_>) {
+        self.bored.retain(|object, _| scene.own(*object).is_some());
+    }
+
+    /// Returns what a unit in its second mode can do; `None` where it has no weapon in it.
+    pub(crate) fn next(
+        &mut self,
+        item: &Item<'_>,
+        scene: &Scene<'_>,
+        cycle: Cycle,
+        friendly_fire: bool,
+    ) -> Option<Siege> {
+        let weapon = alternate_weapon(item.kind)?;
+        let in_range = |enemy: &&Item<'_>| reaches(item, enemy, weapon, 0.0);
+        let targets: Vec<&Item<'_>> = scene.enemies.iter().filter(in_range).collect();
+        if targets.is_empty() {
+            let since = *self.bored.entry(item.object).or_insert(cycle.0);
+            return Some(if cycle.0 > since + PATIENCE { Siege::Over } else { Siege::Wait });
+        }
+        self.bored.remove(&item.object);
+        if !is_ready(item, cycle) {
+            return Some(Siege::Wait);
+        }
+        Some(best_point(&targets, scene, weapon, friendly_fire).map_or(Siege::Spare, Siege::Fire))
+    }
+}
 
 /// Returns the order to switch where the second mode reaches an enemy that the first does not, or will if it comes nearer by `closing`,
 /// in world units, and none is too near for it.
@@ -36,13 +87,13 @@ pub(crate) fn deploy(item: &Item<'_>, enemies: &[Item<'_>], closing: f64) -> Opt
 
 /// Returns whether a weapon that is fired at points reaches the centre of an enemy, or will if it comes nearer by `closing`, in world
 /// units.
-pub(crate) fn reaches(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon, closing: f64) -> bool {
+fn reaches(item: &Item<'_>, enemy: &Item<'_>, weapon: &Weapon, closing: f64) -> bool {
     let distance = item.center.distance(enemy.center) - item.kind.shape.radius();
     weapon.range_min <= distance && distance <= weapon.range + closing && can_hit(weapon, enemy)
 }
 
 /// Returns the point at which a weapon hits most enemies, and not more friends where it hurts them, too; `None` where there is none.
-pub(crate) fn best_point(
+fn best_point(
     targets: &[&Item<'_>],
     scene: &Scene<'_>,
     weapon: &Weapon,

@@ -2,17 +2,12 @@
 
 use glam::DVec2;
 use maniple_pathfinding::{Crowd, Detours, Ground, MARGIN, Planner};
-use maniple_view::Layer;
 
 use crate::seeing::{Item, Scene};
 
 /// Returns the goals of legs to a point, around all who rest; `None` where these close every way, or there is none.
 pub(crate) fn around(ground: &Ground, scene: &Scene<'_>, item: &Item<'_>, goal: DVec2) -> Option<Vec<DVec2>> {
-    let stands = |other: &&Item<'_>| {
-        let is_round = other.kind.shape.rounding() > 0.0;
-        let is_other = other.object != item.object;
-        is_round && is_other && other.kind.layer == Layer::Ground && !other.seen.base.is_moving()
-    };
+    let stands = |other: &&Item<'_>| other.object != item.object && other.is_in_the_way();
     let mut crowd = Crowd::new();
     for (number, other) in scene.all().filter(stands).enumerate() {
         crowd.insert(number, other.center, ground.radius() + other.kind.shape.radius() + MARGIN);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use maniple_geometry::{Circle, Cycle};
 use maniple_pathfinding::{Controller, Ground, Order, Progress, Seen, Tactic};
-use maniple_view::{Command, Handle, Layer};
+use maniple_view::{Command, Handle};
 
 use crate::seeing::{Item, Scene};
 
@@ -61,8 +61,7 @@ impl March {
         }
         let stands = |item: &&Item<'_>| {
             let is_other = self.units.binary_search(&item.object).is_err() || !is_free(item.object);
-            let is_round = item.kind.shape.rounding() > 0.0;
-            is_round && is_other && item.kind.layer == Layer::Ground && !item.seen.base.is_moving()
+            is_other && item.is_in_the_way()
         };
         let circle = |item: &Item<'_>| Circle::new(item.center, item.kind.shape.radius());
         let others: Vec<Circle> = scene.all().filter(stands).map(circle).collect();

@@ -7,7 +7,7 @@ use glam::DVec2;
 use maniple_pathfinding::Ground;
 use maniple_view::{Terrain, UNKNOWN_TILE};
 
-use crate::seeing::Block;
+use crate::seeing::{Block, size};
 
 /// The terrain with buildings as walls, as circles of each radius that was asked for see it.
 #[derive(Clone, Debug, Default)]
@@ -37,7 +37,7 @@ impl Roads {
 
     /// Returns the width and height of the map, in world units.
     pub(crate) fn size(&self) -> DVec2 {
-        DVec2::new(f64::from(self.terrain.width), f64::from(self.terrain.height))
+        size(&self.terrain)
     }
 
     /// Returns whether a point is inside of a building.

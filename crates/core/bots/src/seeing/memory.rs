@@ -35,6 +35,19 @@ impl Memory {
         self.places.extend(seen);
     }
 
+    /// Returns what items cover and all that is remembered, by (y, x), nothing twice.
+    pub(crate) fn with<'a, 'b>(&self, items: impl Iterator<Item = &'b Item<'a>>) -> Vec<Block>
+    where
+        'a: 'b,
+    {
+        let mut blocks: Vec<Block> = items.map(Item::block).chain(self.blocks().copied()).collect();
+        blocks.sort_by(|one, other| {
+            (one.center.y.total_cmp(&other.center.y)).then(one.center.x.total_cmp(&other.center.x))
+        });
+        blocks.dedup();
+        blocks
+    }
+
     /// Returns all that is remembered.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block> {
         self.places.values()

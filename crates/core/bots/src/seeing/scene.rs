@@ -1,7 +1,9 @@
 //! The view sorted by whose things are.
 
 use glam::DVec2;
-use maniple_view::{Handle, Mode, Rules, Seat, Seen, Task, UnitType, View, hull_distance};
+use maniple_view::{
+    Handle, Layer, Mode, Rules, Seat, Seen, Task, Terrain, UnitType, UnitTypeId, View, hull_distance,
+};
 
 use super::block::Block;
 
@@ -29,6 +31,12 @@ impl Item<'_> {
 
     pub(crate) fn is_finished(&self) -> bool {
         self.seen.status.mode != Mode::Site
+    }
+
+    /// Returns whether it is a circle on the ground that rests, and so is gone around.
+    pub(crate) fn is_in_the_way(&self) -> bool {
+        let is_round = self.kind.shape.rounding() > 0.0;
+        is_round && self.kind.layer == Layer::Ground && !self.seen.base.is_moving()
     }
 
     /// Returns whether it can be told to do something: it stands and has nothing to do.
@@ -90,6 +98,30 @@ impl<'a> Scene<'a> {
         self.own.iter().filter(|item| item.kind.takes_loads && item.is_finished())
     }
 
+    /// Returns whether the seat has a finished object of a type.
+    pub(crate) fn has_finished(&self, unit_type: UnitTypeId) -> bool {
+        self.own.iter().any(|item| item.seen.unit_type == unit_type && item.is_finished())
+    }
+
+    /// Returns whether the seat has all that a unit type requires.
+    pub(crate) fn meets_requirements(&self, kind: &UnitType) -> bool {
+        kind.making.requires.iter().all(|&required| self.has_finished(required))
+    }
+
+    /// Returns whether something is nearer to a building of the seat than a distance, hull to hull, in world units.
+    pub(crate) fn is_near_buildings(&self, other: &Item<'_>, distance: f64) -> bool {
+        self.own.iter().any(|item| item.kind.is_building() && item.distance(other) < distance)
+    }
+
+    /// Returns what the seat's workers build, sorted.
+    pub(crate) fn buildable(&self) -> Vec<UnitTypeId> {
+        let mut buildings: Vec<UnitTypeId> =
+            self.own.iter().flat_map(|item| item.kind.builds.clone()).collect();
+        buildings.sort_unstable();
+        buildings.dedup();
+        buildings
+    }
+
     /// Returns an object of the seat.
     pub(crate) fn own(&self, object: Handle) -> Option<&Item<'a>> {
         self.own.binary_search_by_key(&object, |item| item.object).ok().map(|place| &self.own[place])
@@ -116,4 +148,9 @@ where
         count += 1.0;
     }
     if count > 0.0 { sum / count } else { sum }
+}
+
+/// Returns the width and height of a terrain, in world units.
+pub(crate) fn size(terrain: &Terrain) -> DVec2 {
+    DVec2::new(f64::from(terrain.width), f64::from(terrain.height))
 }

@@ -1,11 +1,13 @@
 //! Where to look for enemies.
 
 use glam::DVec2;
+use maniple_view::View;
 
 use super::block::Block;
 use super::memory::Memory;
-use super::scene::{Scene, nearest};
+use super::scene::{Scene, middle, nearest};
 use crate::keyed::{Purpose, fraction, keyed};
+use crate::player::Start;
 
 /// How near to where nobody was found somebody has to come, in world units.
 const SEARCHED: f64 = 4.0;
@@ -24,6 +26,11 @@ impl Search {
     /// Returns a search that begins across the middle of the map from home, where the other one of two seats begins.
     pub(crate) fn new(seed: u64, home: DVec2) -> Self {
         Self { seed, home, searches: 0 }
+    }
+
+    /// Returns the search of a bot whose units begin where they are in a view.
+    pub(crate) fn from_home(start: &Start, view: &View) -> Self {
+        Self::new(start.seed, middle(&start.scene(view).own))
     }
 
     /// Returns where the seat began.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::task::{Context, Poll};
 
-use maniple_bots::{Bot, Random, bot_seed};
+use maniple_bots::{Bot, bot_seed, random};
 use maniple_client::{Client, ClientError, Event, Login};
 use maniple_protocol::{
     ClientMessage, Encoding, PROTOCOL, ServerMessage, Watch, decode_server, encode_client,
@@ -91,7 +91,7 @@ impl Crowd {
 
 /// Plays a seat; ends only with an error, or with the match.
 async fn follow(mut client: Client, counts: &Counts) -> Result<(), ClientError> {
-    let mut bot = Random::new(bot_seed(5, client.seat()));
+    let mut bot = random(bot_seed(5, client.seat()));
     bot.on_start(client.seat(), client.rules(), client.terrain());
     loop {
         match client.next().await? {
