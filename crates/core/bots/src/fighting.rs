@@ -2,6 +2,7 @@
 
 mod aim;
 mod force;
+mod melee;
 mod retreat;
 mod siege;
 #[cfg(test)]
@@ -10,4 +11,5 @@ mod volley;
 
 pub(crate) use aim::{is_fighter, is_in_range, weapon};
 pub(crate) use force::{Battle, Force};
+pub(crate) use melee::melee;
 pub(crate) use siege::{Siege, Sieges, deploy};

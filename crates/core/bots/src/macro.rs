@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use maniple_view::{Command, Delta, Handle, View};
 
 use crate::economy::{Miners, Plans, Town};
-use crate::fighting::{Battle, Force, is_fighter};
+use crate::fighting::{Battle, Force, is_fighter, melee};
 use crate::moving::around;
 use crate::player::{Play, Start};
 use crate::post::Post;
@@ -99,8 +99,8 @@ impl Play for Macro {
             let fallback = grows.then_some(rally);
             commands.extend(wave.fight(post, battle, &away, (goal.center, fallback)));
         }
-        home.extend(militia);
-        home.sort_by_key(|item| item.object);
+        let enemies: Vec<Item<'_>> = threats.iter().copied().copied().collect();
+        commands.extend(melee(post, (view.cycle(), &scene), &militia, &enemies));
         let goal = nearest(threats.iter().copied(), search.home()).map_or(rally, |threat| threat.center);
         commands.extend(guard.fight(post, battle, &home, (goal, None)));
         commands
@@ -129,7 +129,7 @@ fn militia<'a, 'b>(scene: &'b Scene<'a>, threats: &[&Item<'_>]) -> Vec<&'b Item<
 /// Sends a scout to where the enemy might be.
 fn look_around(post: &mut Post, scene: &Scene<'_>, scout: &Item<'_>, search: &mut Search) -> Option<Command> {
     let place = search.place(post.roads.size(), [scout.center]).center;
-    if scout.seen.base.is_moving() && post.orders.has_path(scout) {
+    if scout.seen.base.is_moving() && post.orders.goal(scout).is_some() {
         return None;
     }
     let ground = post.roads.ground(scout.kind.shape.radius())?;

@@ -10,4 +10,4 @@ pub(crate) use advance::Advance;
 pub(crate) use around::{around, straight_on};
 pub(crate) use march::March;
 pub(crate) use roads::Roads;
-pub(crate) use slots::slots_around;
+pub(crate) use slots::{AROUND, slots_around};

@@ -28,19 +28,12 @@ impl Orders {
         Some(command)
     }
 
-    /// Returns whether a unit was told last to go along a path that ends in a point.
-    pub(crate) fn leads_to(&self, item: &Item<'_>, point: DVec2) -> bool {
+    /// Returns where the path ends that a unit was told last to go along; `None` where it was told something else.
+    pub(crate) fn goal(&self, item: &Item<'_>) -> Option<DVec2> {
         match self.told(item) {
-            Some(Command::Path { points, .. }) => {
-                points.last().is_some_and(|&(x, y, _)| DVec2::new(x, y) == point)
-            }
-            Some(_) | None => false,
+            Some(Command::Path { points, .. }) => points.last().map(|&(x, y, _)| DVec2::new(x, y)),
+            Some(_) | None => None,
         }
-    }
-
-    /// Returns whether a unit was told last to go along a path.
-    pub(crate) fn has_path(&self, item: &Item<'_>) -> bool {
-        matches!(self.told(item), Some(Command::Path { .. }))
     }
 
     /// Returns what a unit was told last; `None`: nothing yet.

@@ -4,6 +4,7 @@ use glam::DVec2;
 use maniple_pathfinding::{Ground, Planner, length};
 use maniple_view::Handle;
 
+use crate::moving::AROUND;
 use crate::seeing::{Block, Item, nearest_point};
 
 /// How far from a hull a place beside it is, in world units: half of what counts as in reach.
@@ -11,22 +12,6 @@ const BESIDE: f64 = 1.0 / 32.0;
 
 /// Room between two workers in places side by side, as a part of their diameter.
 const GAP: f64 = 0.2;
-
-/// Directions from a patch, as sides of right triangles: places all around it.
-const AROUND: [(f64, f64); 12] = [
-    (1.0, 0.0),
-    (0.8, 0.6),
-    (0.6, 0.8),
-    (0.0, 1.0),
-    (-0.6, 0.8),
-    (-0.8, 0.6),
-    (-1.0, 0.0),
-    (-0.8, -0.6),
-    (-0.6, -0.8),
-    (0.0, -1.0),
-    (0.6, -0.8),
-    (0.8, -0.6),
-];
 
 /// Most docks of a store that are compared for one place, nearest first.
 const DOCKS_COMPARED: usize = 4;

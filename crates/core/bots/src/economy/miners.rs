@@ -131,7 +131,7 @@ impl Miners {
             self.stops.remove(&object);
             return Some(command);
         }
-        let is_on_its_way = worker.seen.base.is_moving() && post.orders.leads_to(worker, goal);
+        let is_on_its_way = worker.seen.base.is_moving() && post.orders.goal(worker) == Some(goal);
         if is_on_its_way { None } else { self.go((ground, cycle), scene, worker, goal) }
     }
 

@@ -99,7 +99,7 @@ fn go(
     builder: &Item<'_>,
     site: &Block,
 ) -> Option<Command> {
-    let is_on_its_way = builder.seen.base.is_moving() && post.orders.has_path(builder);
+    let is_on_its_way = builder.seen.base.is_moving() && post.orders.goal(builder).is_some();
     if is_on_its_way || !cycle.0.is_multiple_of(2) {
         return None;
     }

@@ -5,6 +5,22 @@ use maniple_pathfinding::{Ground, Planner, length};
 
 use super::roads::Roads;
 
+/// Directions all around, as sides of right triangles of the length 1.
+pub(crate) const AROUND: [(f64, f64); 12] = [
+    (1.0, 0.0),
+    (0.8, 0.6),
+    (0.6, 0.8),
+    (0.0, 1.0),
+    (-0.6, 0.8),
+    (-0.8, 0.6),
+    (-1.0, 0.0),
+    (-0.8, -0.6),
+    (-0.6, -0.8),
+    (0.0, -1.0),
+    (0.6, -0.8),
+    (0.8, -0.6),
+];
+
 /// Distance of places beyond touching, as a part of a unit's diameter.
 const SLOT_GAP: f64 = 0.25;
 

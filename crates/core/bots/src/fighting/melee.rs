@@ -1,0 +1,134 @@
+//! Hand to hand: those whose weapons reach hardly beyond their hulls, each to a place of its own beside an enemy.
+
+use glam::DVec2;
+use maniple_geometry::Cycle;
+use maniple_pathfinding::Ground;
+use maniple_view::Command;
+
+use super::aim::weapon;
+use super::volley::volley;
+use crate::moving::{AROUND, around};
+use crate::post::Post;
+use crate::seeing::{Item, Scene};
+
+/// Most who go at one enemy: a circle has room for six others of its size around it.
+const AT_ONE_MAX: usize = 4;
+
+/// Part of the range at which a place beside an enemy is, hull to hull.
+const DEPTH: f64 = 0.5;
+
+/// How far an enemy may go, in world units, before who is on its way to it goes elsewhere.
+const DRIFT: f64 = 0.75;
+
+/// Most ways around others that are looked for in a cycle: where there are more, somebody may have gone by the next.
+const DETOURS_MAX: usize = 2;
+
+/// Returns the commands of a cycle to fighters, by handle, that go at enemies: who has one in range fires at the weakest, the others go to
+/// the nearest that not too many go at.
+pub(crate) fn melee(
+    post: &mut Post,
+    (cycle, scene): (Cycle, &Scene<'_>),
+    fighters: &[&Item<'_>],
+    enemies: &[Item<'_>],
+) -> Vec<Command> {
+    let targets = volley(fighters, enemies);
+    let mut crowding = vec![0; enemies.len()];
+    let mut taken: Vec<DVec2> = Vec::new();
+    let mut detours = 0;
+    let mut commands = Vec::new();
+    for &fighter in fighters {
+        let object = fighter.object;
+        if let Some(&target) = targets.get(&object) {
+            commands.extend(post.orders.give(fighter, Command::Attack { object, target }));
+            continue;
+        }
+        let distance = |place: &usize| enemies[*place].center.distance_squared(fighter.center);
+        let open = (0..enemies.len()).filter(|&place| crowding[place] < AT_ONE_MAX);
+        let Some(nearest) = open.min_by(|one, other| distance(one).total_cmp(&distance(other))) else {
+            continue;
+        };
+        crowding[nearest] += 1;
+        let enemy = &enemies[nearest];
+        let is_on_its_way = fighter.seen.base.is_moving()
+            && post
+                .orders
+                .goal(fighter)
+                .is_some_and(|goal| reach(fighter, enemy) + DRIFT > goal.distance(enemy.center));
+        if is_on_its_way {
+            continue;
+        }
+        let Some(ground) = post.roads.ground(fighter.kind.shape.radius()) else { continue };
+        let places = places((&ground, scene), fighter, enemy, &taken);
+        let Some(&place) = places.first() else { continue };
+        let straight = places.iter().copied().find(|&place| is_open((&ground, scene), fighter, place));
+        let legs = match straight {
+            Some(place) => Some(vec![place]),
+            None if detours < DETOURS_MAX && cycle.0.wrapping_add(object.0).is_multiple_of(2) => {
+                detours += 1;
+                around(&ground, scene, fighter, place)
+            }
+            None => None,
+        };
+        let Some(legs) = legs else { continue };
+        taken.extend(legs.last());
+        let points = legs.iter().map(|leg| (leg.x, leg.y, None)).collect();
+        commands.extend(post.orders.give(fighter, Command::Path { object, points, start: None }));
+    }
+    commands
+}
+
+/// Returns how far from the middle of an enemy a fighter stands that goes at it.
+fn reach(fighter: &Item<'_>, enemy: &Item<'_>) -> f64 {
+    let range = weapon(fighter).map_or(0.0, |weapon| weapon.range);
+    fighter.kind.shape.radius() + enemy.kind.shape.radius() + range * DEPTH
+}
+
+/// Returns the places beside an enemy that nobody has taken, the nearest first.
+fn places(
+    (ground, scene): (&Ground, &Scene<'_>),
+    fighter: &Item<'_>,
+    enemy: &Item<'_>,
+    taken: &[DVec2],
+) -> Vec<DVec2> {
+    let reach = reach(fighter, enemy);
+    let radius = fighter.kind.shape.radius();
+    let is_free = |place: &DVec2| {
+        let is_apart = |other: &Item<'_>| {
+            other.object == fighter.object
+                || other.object == enemy.object
+                || !other.is_in_the_way()
+                || other.center.distance(*place) > radius + other.kind.shape.radius()
+        };
+        ground.holds(*place)
+            && taken.iter().all(|other| other.distance(*place) > 2.0 * radius)
+            && scene.all().all(is_apart)
+    };
+    let mut places: Vec<DVec2> = AROUND
+        .iter()
+        .map(|&direction| enemy.center + DVec2::from(direction) * reach)
+        .filter(is_free)
+        .collect();
+    let distance = |place: &DVec2| place.distance_squared(fighter.center);
+    places.sort_by(|one, other| distance(one).total_cmp(&distance(other)));
+    places
+}
+
+/// Returns whether a fighter gets straight to a place past walls and all who rest.
+fn is_open((ground, scene): (&Ground, &Scene<'_>), fighter: &Item<'_>, place: DVec2) -> bool {
+    let way = place - fighter.center;
+    let length_squared = way.length_squared();
+    let is_apart = |other: &Item<'_>| {
+        let offset = other.center - fighter.center;
+        let along = offset.dot(way);
+        let nearest = if along <= 0.0 {
+            return true;
+        } else if along < length_squared {
+            offset - way * (along / length_squared)
+        } else {
+            other.center - place
+        };
+        nearest.length() > fighter.kind.shape.radius() + other.kind.shape.radius()
+    };
+    let others = scene.all().filter(|other| other.object != fighter.object && other.is_in_the_way());
+    ground.is_clear(fighter.center, place) && others.into_iter().all(is_apart)
+}
