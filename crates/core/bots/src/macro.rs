@@ -63,11 +63,6 @@ impl Play for Macro {
         let scene = post.look(start, view);
         let grows = start.can_train();
         let mut commands = Vec::new();
-        if grows {
-            let lanes = miners.lanes();
-            let plans = Plans { view, start, scene: &scene, lanes: &lanes };
-            commands.extend(town.grow(post, plans));
-        }
         let threats = threats(&scene);
         let militia = militia(&scene, &threats);
         let serves = |item: &Item<'_>| militia.iter().any(|other| other.object == item.object);
@@ -75,6 +70,11 @@ impl Play for Macro {
             |item: &&Item<'_>| item.kind.harvest.is_some() && !town.takes(item.object) && !serves(item);
         let workers: Vec<&Item<'_>> = scene.own.iter().filter(is_miner).collect();
         commands.extend(miners.work(post, view.cycle(), &scene, &workers));
+        if grows {
+            let lanes = miners.lanes();
+            let plans = Plans { view, start, scene: &scene, lanes: &lanes };
+            commands.extend(town.grow(post, plans));
+        }
 
         let fighters: Vec<&Item<'_>> = scene.own.iter().filter(|item| is_fighter(item)).collect();
         out.retain(|&object| scene.own(object).is_some());

@@ -56,6 +56,11 @@ impl Projects {
         scene.own(project.builder).map(|builder| (project, builder))
     }
 
+    /// Gives up what is under way: nothing can be built there.
+    pub(crate) fn give_up(&mut self) {
+        self.spoiled.extend(self.current.take().map(|project| project.center));
+    }
+
     /// Returns the resources that are saved for the building that is next.
     pub(crate) fn saved(&self, start: &Start, scene: &Scene<'_>) -> u32 {
         self.current.map_or(0, |project| {
@@ -79,9 +84,8 @@ impl Projects {
             None => {
                 let is_late = now > project.since + PATIENCE;
                 if is_late {
-                    self.spoiled.push(project.center);
-                }
-                if is_late || scene.own(project.builder).is_none() {
+                    self.give_up();
+                } else if scene.own(project.builder).is_none() {
                     self.current = None;
                 }
             }

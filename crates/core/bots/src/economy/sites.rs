@@ -4,7 +4,8 @@ use glam::DVec2;
 use maniple_pathfinding::Ground;
 use maniple_view::UnitType;
 
-use crate::seeing::Scene;
+use super::town::ROOM;
+use crate::seeing::{Block, Item, Scene, nearest_point};
 
 /// Room that is left around a new building, in world units, so that units get through.
 const STREET: f64 = 1.0;
@@ -44,7 +45,10 @@ impl Sites<'_, '_> {
                 .then(one.x.total_cmp(&other.x))
         });
         centers.into_iter().find(|&center| {
-            !self.spoiled.contains(&center) && self.leaves_ways(center, half) && self.has_room(center, half)
+            !self.spoiled.contains(&center)
+                && self.leaves_ways(center, half)
+                && !self.is_occupied(center, half)
+                && self.has_room(center, half)
         })
     }
 
@@ -64,6 +68,15 @@ impl Sites<'_, '_> {
             is_near(to)
         };
         !self.scene.patches().any(|patch| is_near(patch.center)) && !self.lanes.iter().any(crosses)
+    }
+
+    /// Whether somebody rests where the building would be.
+    fn is_occupied(&self, center: DVec2, half: DVec2) -> bool {
+        let site = Block { center, half };
+        let rests_there = |item: &Item<'_>| {
+            nearest_point(&site, item.center).distance(item.center) < item.kind.shape.radius() + ROOM
+        };
+        self.scene.all().filter(|item| item.is_in_the_way()).any(rests_there)
     }
 
     /// Whether walls and buildings leave room for the building and the street around it.

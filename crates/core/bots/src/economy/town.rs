@@ -23,6 +23,12 @@ const SAME_MAX: usize = 5;
 /// Cycles from one attempt to build to the next: whoever stands in the way may go.
 const RETRY: u32 = 8;
 
+/// How often a builder is told to build at a place before another one is looked for.
+const TRIES_MAX: u32 = 5;
+
+/// How far from a site everybody has to be, its builder among them, hull to hull in world units: twice what the rules ask for.
+pub(super) const ROOM: f64 = 1.0 / 32.0;
+
 /// How near to the hull of a site its builder goes before it is told to build, in world units: from there it goes straight.
 const NEAR: f64 = 1.0;
 
@@ -32,6 +38,8 @@ pub(crate) struct Town {
     projects: Projects,
     /// The cycle in which a builder was told to build last.
     told: Option<u32>,
+    /// How often it was told so at one place.
+    tries: u32,
 }
 
 /// What a town is planned from.
@@ -77,11 +85,18 @@ impl Town {
         if builder.has_task() || is_patient {
             return None;
         }
+        if self.tries == TRIES_MAX {
+            self.tries = 0;
+            self.projects.give_up();
+            return None;
+        }
         let Project { unit_type, center, .. } = project;
         let site = Block { center, half: start.kind(unit_type).shape.half() };
         let near = nearest_point(&site, builder.center);
         let radius = builder.kind.shape.radius();
-        let command = if near.distance(builder.center) < radius + NEAR {
+        let gap = near.distance(builder.center) - radius;
+        let command = if gap > ROOM && gap < NEAR {
+            self.tries = if self.told.is_some_and(|told| told >= project.since) { self.tries + 1 } else { 1 };
             self.told = Some(now);
             Command::Build { object: builder.object, unit_type, x: center.x, y: center.y }
         } else {
