@@ -1,5 +1,6 @@
-//! Work: who gathers where, what is built, and what is trained.
+//! Work: who gathers where, what is built and where, and what is trained.
 
+mod bases;
 mod berths;
 mod miners;
 mod projects;

@@ -23,6 +23,9 @@ const SCOUTED_FROM: usize = 4;
 /// Enemies as near to a building as this, in world units, are a threat.
 const THREAT: f64 = 14.0;
 
+/// Workers that defend the base: so many for each enemy, and so many more.
+const MILITIA: (usize, usize) = (2, 2);
+
 /// How far from home a force waits, as a part of the way to the middle of the map.
 const RALLY: f64 = 0.2;
 
@@ -113,8 +116,8 @@ fn threats<'a, 'b>(scene: &'b Scene<'a>) -> Vec<&'b Item<'a>> {
     scene.enemies.iter().filter(is_threat).collect()
 }
 
-/// Returns the workers that defend the buildings: all against who reaches no farther than they do, where fighters are fewer than
-/// those.
+/// Returns the workers that defend the buildings against who reaches no farther than they do, where fighters are fewer than those: the nearest,
+/// by handle.
 fn militia<'a, 'b>(scene: &'b Scene<'a>, threats: &[&Item<'_>]) -> Vec<&'b Item<'a>> {
     let range = |item: &Item<'_>| item.kind.weapon.as_ref().map_or(0.0, |weapon| weapon.range);
     let fighters = scene.own.iter().filter(|item| is_fighter(item)).count();
@@ -123,7 +126,18 @@ fn militia<'a, 'b>(scene: &'b Scene<'a>, threats: &[&Item<'_>]) -> Vec<&'b Item<
             && item.kind.weapon.is_some()
             && threats.iter().all(|threat| range(threat) <= range(item))
     };
-    if fighters >= threats.len() { Vec::new() } else { scene.own.iter().filter(is_fit).collect() }
+    if fighters >= threats.len() {
+        return Vec::new();
+    }
+    let mut militia: Vec<&Item<'_>> = scene.own.iter().filter(is_fit).collect();
+    let distance = |item: &Item<'_>| {
+        let threat = nearest(threats.iter().copied(), item.center);
+        threat.map_or(f64::INFINITY, |threat| threat.center.distance_squared(item.center))
+    };
+    militia.sort_by(|one, other| distance(one).total_cmp(&distance(other)));
+    militia.truncate(threats.len() * MILITIA.0 + MILITIA.1);
+    militia.sort_by_key(|item| item.object);
+    militia
 }
 
 /// Sends a scout to where the enemy might be.

@@ -5,6 +5,7 @@ use maniple_geometry::Cycle;
 use maniple_pathfinding::Ground;
 use maniple_view::{Command, Handle, UnitTypeId, View};
 
+use super::bases::next_base;
 use super::projects::{Project, Projects};
 use super::sites::Sites;
 use super::training::{Means, train};
@@ -128,12 +129,16 @@ fn go(
     Some(Command::Path { object: builder.object, points, start: None })
 }
 
-/// Returns the next building and where its centre is: what is missing for the best fighter, then another of those that train it if all are
-/// busy.
+/// Returns the next building and where its centre is: a base where resources run out, else what is missing for the best fighter, then another of
+/// those that train it if all are busy. `None` as long as it cannot be paid.
 fn plan(post: &mut Post, plans: Plans<'_, '_>, spoiled: &[DVec2]) -> Option<(UnitTypeId, DVec2)> {
     let Plans { start, view, scene, lanes } = plans;
-    let unit_type = wanted(start, scene).filter(|&it| start.kind(it).making.cost <= view.stock())?;
     let home = scene.stores().next().or(scene.own.first())?.center;
+    let base = next_base(start, scene, &post.memory);
+    let (unit_type, home) = base.or_else(|| Some((wanted(start, scene)?, home)))?;
+    if start.kind(unit_type).making.cost > view.stock() {
+        return None;
+    }
     let radius = scene.own.iter().find(|item| item.kind.builds.contains(&unit_type))?.kind.shape.radius();
     let ground = post.roads.ground(radius)?;
     let sites = Sites { ground: &ground, scene, lanes, spoiled };
@@ -150,5 +155,6 @@ fn wanted(start: &Start, scene: &Scene<'_>) -> Option<UnitTypeId> {
     let same = scene.own.iter().filter(|item| item.seen.unit_type == trainer);
     let is_busy = |item: &Item<'_>| item.seen.own.is_some_and(|own| own.training.is_some());
     let (count, busy) = same.fold((0, 0), |(count, busy), it| (count + 1, busy + usize::from(is_busy(it))));
-    (count < SAME_MAX && count == busy).then_some(trainer)
+    let is_wanted = count < SAME_MAX && count == busy;
+    is_wanted.then(|| missing_for(start, scene, trainer).unwrap_or(trainer))
 }
