@@ -14,6 +14,9 @@ use crate::seeing::{Item, Scene, Search, middle, nearest};
 /// Fighters with which a wave sets out where more can be trained.
 const WAVE: usize = 20;
 
+/// Cycles without another fighter after which those at home set out however few they are: there is nothing to wait for.
+const LULL: u32 = 640;
+
 /// Fighters to which waves shrink before they come home.
 const WAVE_LEAST: usize = 5;
 
@@ -41,6 +44,9 @@ pub(crate) struct Macro {
     wave: Force,
     /// Who is out.
     out: BTreeSet<Handle>,
+    /// How many waited at home in the last cycle, and since when there have been no more.
+    most: usize,
+    since: u32,
     search: Search,
 }
 
@@ -55,6 +61,8 @@ impl Macro {
             guard: Force::default(),
             wave: Force::default(),
             out: BTreeSet::new(),
+            most: 0,
+            since: 0,
             search: Search::from_home(start, view),
         }
     }
@@ -62,7 +70,7 @@ impl Macro {
 
 impl Play for Macro {
     fn play(&mut self, start: &Start, view: &View, _delta: &Delta) -> Vec<Command> {
-        let Self { post, miners, town, guard, wave, out, search } = self;
+        let Self { post, miners, town, guard, wave, out, most, since, search } = self;
         let scene = post.look(start, view);
         let grows = start.can_train();
         let mut commands = Vec::new();
@@ -84,7 +92,12 @@ impl Play for Macro {
         if grows && out.len() < WAVE_LEAST {
             out.clear();
         }
-        if !grows || fighters.len() >= out.len() + WAVE {
+        let waiting = fighters.len() - out.len();
+        if waiting > *most || waiting == 0 {
+            *since = view.cycle().0;
+        }
+        *most = waiting;
+        if !grows || waiting >= WAVE || view.cycle().0 > *since + LULL {
             out.extend(fighters.iter().map(|item| item.object));
         }
         let (away, mut home): (Vec<&Item<'_>>, Vec<&Item<'_>>) =
