@@ -1,24 +1,16 @@
 //! The bot that plays the whole game.
 
-use std::collections::BTreeSet;
+mod waves;
 
-use maniple_view::{Command, Delta, Handle, View};
+use maniple_view::{Command, Delta, View};
 
+use self::waves::Waves;
 use crate::economy::{Miners, Plans, Town};
 use crate::fighting::{Battle, Force, is_fighter, melee};
 use crate::moving::around;
 use crate::player::{Play, Start};
 use crate::post::Post;
 use crate::seeing::{Item, Scene, Search, middle, nearest};
-
-/// Fighters with which a wave sets out where more can be trained.
-const WAVE: usize = 20;
-
-/// Cycles without another fighter after which those at home set out however few they are: there is nothing to wait for.
-const LULL: u32 = 640;
-
-/// Fighters to which waves shrink before they come home.
-const WAVE_LEAST: usize = 5;
 
 /// Fighters from which on one of them looks for the enemy while the others wait.
 const SCOUTED_FROM: usize = 4;
@@ -42,11 +34,7 @@ pub(crate) struct Macro {
     /// Those at home, and those who are out.
     guard: Force,
     wave: Force,
-    /// Who is out.
-    out: BTreeSet<Handle>,
-    /// How many waited at home in the last cycle, and since when there have been no more.
-    most: usize,
-    since: u32,
+    waves: Waves,
     search: Search,
 }
 
@@ -60,17 +48,15 @@ impl Macro {
             town: Town::default(),
             guard: Force::default(),
             wave: Force::default(),
-            out: BTreeSet::new(),
-            most: 0,
-            since: 0,
+            waves: Waves::default(),
             search: Search::from_home(start, view),
         }
     }
 }
 
 impl Play for Macro {
-    fn play(&mut self, start: &Start, view: &View, _delta: &Delta) -> Vec<Command> {
-        let Self { post, miners, town, guard, wave, out, most, since, search } = self;
+    fn play(&mut self, start: &Start, view: &View, delta: &Delta) -> Vec<Command> {
+        let Self { post, miners, town, guard, wave, waves, search } = self;
         let scene = post.look(start, view);
         let grows = start.can_train();
         let mut commands = Vec::new();
@@ -87,21 +73,10 @@ impl Play for Macro {
             commands.extend(town.grow(post, plans));
         }
 
-        let fighters: Vec<&Item<'_>> = scene.own.iter().filter(|item| is_fighter(item)).collect();
-        out.retain(|&object| scene.own(object).is_some());
-        if grows && out.len() < WAVE_LEAST {
-            out.clear();
-        }
-        let waiting = fighters.len() - out.len();
-        if waiting > *most || waiting == 0 {
-            *since = view.cycle().0;
-        }
-        *most = waiting;
-        if !grows || waiting >= WAVE || view.cycle().0 > *since + LULL {
-            out.extend(fighters.iter().map(|item| item.object));
-        }
+        waves.refresh(view, delta, &scene);
+        let fighters = scene.own.iter().filter(|item| is_fighter(item));
         let (away, mut home): (Vec<&Item<'_>>, Vec<&Item<'_>>) =
-            fighters.into_iter().partition(|item| out.contains(&item.object));
+            fighters.partition(|item| !grows || waves.has(item));
         let size = post.roads.size();
         let rally = search.home() + (size * 0.5 - search.home()) * RALLY;
         let battle = Battle { cycle: view.cycle(), scene: &scene, friendly_fire: start.rules.friendly_fire };

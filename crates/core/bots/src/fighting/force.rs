@@ -25,6 +25,9 @@ const TOGETHER: (usize, usize) = (3, 4);
 /// How many times as strong an enemy is from whom a force flees.
 const OUTMATCHED: f64 = 1.5;
 
+/// How many times as strong it has to be where the force is at it already: who turns its back is fired at, and does not fire.
+const OUTMATCHED_ENGAGED: f64 = 3.0;
+
 /// How many units a shot with a splash counts for.
 const SPLASH: f64 = 2.0;
 
@@ -174,7 +177,9 @@ impl Force {
 fn is_outmatched(fighters: &[&Item<'_>], scene: &Scene<'_>) -> bool {
     let meets = |enemy: &&Item<'_>| fighters.iter().any(|item| item.distance(enemy) < CONTACT);
     let enemies = strength(scene.enemies.iter().filter(meets));
-    enemies > strength(fighters.iter().copied()) * OUTMATCHED
+    let is_engaged = fighters.iter().any(|item| has_in_range(item, scene));
+    let factor = if is_engaged { OUTMATCHED_ENGAGED } else { OUTMATCHED };
+    enemies > strength(fighters.iter().copied()) * factor
 }
 
 /// Returns the damage a cycle of all times the hit points of all.
