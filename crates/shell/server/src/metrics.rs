@@ -16,7 +16,8 @@ use prometheus_client::encoding::{DescriptorEncoder, NoLabelSet};
 use prometheus_client::metrics::MetricType;
 use prometheus_client::registry::Registry;
 
-pub(crate) use counted::Counted;
+pub(crate) use counted::Connected;
+pub use counted::{Counted, Traffic};
 pub use kinds::{End, Kind, Kinds};
 pub use timings::{Spread, TIMING_BOUNDS, Timings};
 

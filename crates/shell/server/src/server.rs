@@ -22,7 +22,7 @@ use crate::journal::Journals;
 use crate::limits::{Addresses, Limits};
 use crate::lobby::{Lobby, Offer};
 use crate::matches::{Match, RunError};
-use crate::metrics::{Counted, Metrics};
+use crate::metrics::{Connected, Counted, Metrics};
 use crate::pool::Pool;
 use crate::socket::{set_connected, set_listening};
 use crate::tls::Tls;
@@ -132,7 +132,7 @@ impl House {
         let limit = self.lobby.limits().connections_per_address;
         let place = self.addresses.take(peer.ip(), limit);
         let metrics = self.metrics();
-        let stream = Counted::new(stream, Arc::clone(metrics));
+        let stream = Counted::new(stream, Connected::new(Arc::clone(metrics)));
         let refused = if self.bans.is_banned(peer.ip()) {
             Some(Refused::Operator)
         } else {

@@ -1,4 +1,4 @@
-//! A connection that is counted.
+//! Connections that are counted.
 
 use std::io;
 use std::pin::Pin;
@@ -9,35 +9,64 @@ use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
 use super::Metrics;
 
-/// A stream whose bytes are counted in both directions, and which is a connection as long as it lives.
-#[derive(Debug)]
-pub(crate) struct Counted<S> {
-    stream: S,
-    metrics: Arc<Metrics>,
+/// Who counts the bytes of a connection.
+pub trait Traffic {
+    /// Takes note of bytes that have come.
+    fn note_received(&self, bytes: u64);
+
+    /// Takes note of bytes that the system has taken.
+    fn note_sent(&self, bytes: u64);
 }
 
-impl<S> Counted<S> {
-    /// Returns the stream as a connection.
-    pub(crate) fn new(stream: S, metrics: Arc<Metrics>) -> Self {
-        metrics.connections.change(1);
-        Self { stream, metrics }
+/// A stream whose bytes are counted in both directions.
+#[derive(Debug)]
+pub struct Counted<S, T> {
+    stream: S,
+    traffic: T,
+}
+
+/// An open connection of a daemon, which is one as long as it lives.
+#[derive(Debug)]
+pub(crate) struct Connected(Arc<Metrics>);
+
+impl<S, T: Traffic> Counted<S, T> {
+    /// Returns the stream with who counts its bytes.
+    pub fn new(stream: S, traffic: T) -> Self {
+        Self { stream, traffic }
     }
 
     fn count_sent(&self, written: Poll<io::Result<usize>>) -> Poll<io::Result<usize>> {
         if let Poll::Ready(Ok(count)) = written {
-            self.metrics.bytes_sent.add(count_of(count));
+            self.traffic.note_sent(count_of(count));
         }
         written
     }
 }
 
-impl<S> Drop for Counted<S> {
-    fn drop(&mut self) {
-        self.metrics.connections.change(-1);
+impl Connected {
+    pub(crate) fn new(metrics: Arc<Metrics>) -> Self {
+        metrics.connections.change(1);
+        Self(metrics)
     }
 }
 
-impl<S: AsyncRead + Unpin> AsyncRead for Counted<S> {
+impl Traffic for Connected {
+    fn note_received(&self, bytes: u64) {
+        self.0.bytes_received.add(bytes);
+    }
+
+    fn note_sent(&self, bytes: u64) {
+        self.0.bytes_sent.add(bytes);
+    }
+}
+
+impl Drop for Connected {
+    fn drop(&mut self) {
+        self.0.connections.change(-1);
+    }
+}
+
+impl<S: AsyncRead + Unpin, T: Traffic + Unpin> AsyncRead for Counted<S, T> {
     fn poll_read(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -45,12 +74,12 @@ impl<S: AsyncRead + Unpin> AsyncRead for Counted<S> {
     ) -> Poll<io::Result<()>> {
         let before = buffer.filled().len();
         let read = Pin::new(&mut self.stream).poll_read(context, buffer);
-        self.metrics.bytes_received.add(count_of(buffer.filled().len() - before));
+        self.traffic.note_received(count_of(buffer.filled().len() - before));
         read
     }
 }
 
-impl<S: AsyncWrite + Unpin> AsyncWrite for Counted<S> {
+impl<S: AsyncWrite + Unpin, T: Traffic + Unpin> AsyncWrite for Counted<S, T> {
     fn poll_write(
         mut self: Pin<&mut Self>,
         context: &mut Context<'_>,
@@ -96,7 +125,7 @@ mod tests {
     async fn bytes_are_counted_as_often_as_they_go() {
         let metrics = Arc::new(Metrics::default());
         let (near, mut far) = tokio::io::duplex(64);
-        let mut near = Counted::new(near, Arc::clone(&metrics));
+        let mut near = Counted::new(near, Connected::new(Arc::clone(&metrics)));
         assert_eq!(metrics.connections.value(), 1);
         near.write_all(b"twelve bytes").await.unwrap();
         far.write_all(b"four").await.unwrap();

@@ -1,19 +1,16 @@
 //! Those who mean well: bots that play, and spectators that watch.
 
-use std::io;
-use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
-use std::task::{Context, Poll};
 
 use maniple_bots::{Bot, bot_seed, random};
 use maniple_client::{Client, ClientError, Event, Login};
 use maniple_protocol::{
     ClientMessage, Encoding, PROTOCOL, ServerMessage, Watch, decode_server, encode_client,
 };
-use maniple_server::metrics::Kind;
+use maniple_server::metrics::{Counted, Kind, Traffic};
 use maniple_view::{Digest, Vantage};
-use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt, ReadBuf};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::task::JoinSet;
 
@@ -49,7 +46,7 @@ impl Crowd {
             seated.spawn(async move {
                 let stream = TcpStream::connect(address).await?;
                 stream.set_nodelay(true)?;
-                Client::over(Counted { stream, counts }, Some(id), login).await
+                Client::over(Counted::new(stream, Received(counts)), Some(id), login).await
             });
         }
         while let Some(client) = seated.join_next().await {
@@ -119,42 +116,16 @@ pub(super) fn watch(id: Digest) -> anyhow::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// A connection of which the bytes that come are counted.
+/// The bytes that come to everybody.
 #[derive(Debug)]
-struct Counted {
-    stream: TcpStream,
-    counts: Arc<Counts>,
-}
+struct Received(Arc<Counts>);
 
-impl AsyncRead for Counted {
-    fn poll_read(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-        buffer: &mut ReadBuf<'_>,
-    ) -> Poll<io::Result<()>> {
-        let before = buffer.filled().len();
-        let read = Pin::new(&mut self.stream).poll_read(context, buffer);
-        self.counts.bytes.fetch_add((buffer.filled().len() - before) as u64, Ordering::Relaxed);
-        read
-    }
-}
-
-impl AsyncWrite for Counted {
-    fn poll_write(
-        mut self: Pin<&mut Self>,
-        context: &mut Context<'_>,
-        bytes: &[u8],
-    ) -> Poll<io::Result<usize>> {
-        Pin::new(&mut self.stream).poll_write(context, bytes)
+impl Traffic for Received {
+    fn note_received(&self, bytes: u64) {
+        self.0.bytes.fetch_add(bytes, Ordering::Relaxed);
     }
 
-    fn poll_flush(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_flush(context)
-    }
-
-    fn poll_shutdown(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<io::Result<()>> {
-        Pin::new(&mut self.stream).poll_shutdown(context)
-    }
+    fn note_sent(&self, _bytes: u64) {}
 }
 
 /// Counts the frames of a stream.
