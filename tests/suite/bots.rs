@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use maniple_game::{Overrides, load};
 use maniple_referee::RecordedEvent;
 use maniple_view::{Command, Handle, Seat, View};
 
@@ -15,6 +16,9 @@ const HARVEST: u32 = 1600;
 
 /// What `gather` has to deliver in these.
 const GATHERED: u32 = 2500;
+
+/// The cycle at which it has another base where the resources near the first run out.
+const SECOND_BASE: u32 = 2000;
 
 #[test]
 fn rush_beats_who_does_not_fight() {
@@ -44,9 +48,32 @@ fn gather_delivers_more_than_commander() {
 }
 
 #[test]
-fn macro_beats_commander_with_most_seeds() {
-    let won = wins("orts3", ["macro", "commander"], 3..=4);
-    assert!(won >= 3, "{won} of 4");
+fn macro_beats_who_comes_early_and_who_comes_late_with_most_seeds() {
+    for other in ["rush", "commander"] {
+        let won = wins("orts3", ["macro", other], 3..=4);
+        assert!(won >= 3, "{won} of 4 against {other}");
+    }
+}
+
+/// With a quarter of the resources beside the first base.
+#[test]
+fn macro_builds_another_base_before_the_patches_of_the_first_are_empty() {
+    let path = "config/scenarios/orts3.toml";
+    let mut files = shipped(path, None).files;
+    for file in &mut files.0 {
+        let text = String::from_utf8(file.bytes.clone()).unwrap();
+        file.bytes = text.replace("amount = 2000", "amount = 500").into_bytes();
+    }
+    let stores = |seed: u64| {
+        let loaded = load(&files, path, &Overrides { seed: Some(seed), ..Overrides::default() }).unwrap();
+        let store = loaded.scenario.unit_types.iter().position(|kind| kind.takes_loads);
+        let mut game = Game::new(loaded, &["macro", "commander"]);
+        while game.referee.cycle().0 < SECOND_BASE && game.step() {}
+        let own = game.players[0].view.objects_of(Seat(0));
+        own.filter(|(_, seen)| Some(usize::from(seen.unit_type.0)) == store).count()
+    };
+    let stores: Vec<usize> = (1..=3).map(stores).collect();
+    assert!(stores.iter().any(|&count| count > 1), "{stores:?}");
 }
 
 #[test]

@@ -5,8 +5,6 @@ mod force;
 mod melee;
 mod retreat;
 mod siege;
-#[cfg(test)]
-mod test_items;
 mod volley;
 
 pub(crate) use aim::{is_fighter, is_in_range, weapon};

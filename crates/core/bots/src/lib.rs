@@ -20,6 +20,8 @@ mod random;
 mod rush;
 mod seeing;
 mod straight;
+#[cfg(test)]
+mod test_items;
 
 pub use bot::{Bot, NAMES, UnknownBot, make, random};
 pub use keyed::bot_seed;

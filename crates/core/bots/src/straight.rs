@@ -129,12 +129,17 @@ fn within(value: f64, end: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use maniple_view::{
-        Appeared, Base, Identity, Layer, Making, Objective, Own, Positions, Shape, Status, Stops,
-        TerrainKnowledge, UnitType, UnitTypeId,
+        Appeared, Base, Identity, Objective, Own, Positions, Rules, Seat, Status, Stops, Terrain,
+        TerrainKnowledge, UnitTypeId,
     };
 
     use super::*;
+    use crate::bot::Bot;
+    use crate::player::Player;
+    use crate::test_items::armed;
 
     #[test]
     fn places_in_a_zone_are_apart_and_inside() {
@@ -151,8 +156,10 @@ mod tests {
 
     #[test]
     fn who_rests_outside_is_sent_and_who_is_inside_or_moves_is_let_be() {
-        let mut bot = Straight::new(3);
-        bot.on_start(Seat(0), &rules(), &Terrain { width: 20, height: 10, ..Terrain::default() });
+        let terrain =
+            Terrain { width: 20, height: 10, tiles: vec![".".repeat(20); 10], segments: Vec::new() };
+        let mut bot = Player::new(Straight::NAME, 3, Straight::begin);
+        bot.on_start(Seat(0), &rules(), &terrain);
         let base =
             Base { point: DVec2::ZERO, cycle: View::default().cycle(), fraction: 0.0, velocity: DVec2::ZERO };
         let at = |object: u32, x: f64, velocity: DVec2| Appeared {
@@ -163,13 +170,13 @@ mod tests {
             status: Status::default(),
             own: Some(Own::default()),
         };
-        let mut view = View::default();
+        let mut view = View::new(&rules(), Arc::new(terrain));
         let mut delta = Delta {
             appeared: vec![at(0, 1.0, DVec2::ZERO), at(1, 17.0, DVec2::ZERO), at(2, 2.0, DVec2::X)],
             ..Delta::default()
         };
         delta.check = {
-            let mut copy = View::default();
+            let mut copy = view.clone();
             let _ = copy.apply(&delta);
             copy.check()
         };
@@ -184,32 +191,12 @@ mod tests {
         assert!(matches!(again[0], Command::Move { object: Handle(0), x, .. } if x <= 2.0), "{again:?}");
     }
 
-    fn scout() -> UnitType {
-        UnitType {
-            name: "a".to_owned(),
-            shape: Shape::Circle { radius: 0.25 },
-            layer: Layer::Ground,
-            speed: 1.0,
-            sight: 1.0,
-            hit_points: None,
-            armor: 0,
-            weapon: None,
-            alternate: None,
-            harvest: None,
-            patch_places: None,
-            takes_loads: false,
-            making: Making::default(),
-            trains: vec![],
-            builds: vec![],
-        }
-    }
-
     fn rules() -> Rules {
         Rules {
             scenario: "tiny".to_owned(),
             cycles_max: 100,
             players: vec![],
-            unit_types: vec![scout()],
+            unit_types: vec![armed(1.0)],
             stops: Stops::Both,
             skin: 0.0,
             waypoints_max: 64,

@@ -69,8 +69,8 @@ pub(crate) fn is_hurt(item: &Item<'_>) -> bool {
 mod tests {
     use maniple_view::Terrain;
 
-    use super::super::test_items::{armed, item, resting};
     use super::*;
+    use crate::test_items::{armed, item, resting};
 
     #[test]
     fn who_is_hurt_or_reaches_farther_steps_back_and_others_stay() {

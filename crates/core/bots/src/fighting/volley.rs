@@ -32,8 +32,8 @@ pub(crate) fn volley(shooters: &[&Item<'_>], enemies: &[Item<'_>]) -> BTreeMap<H
 
 #[cfg(test)]
 mod tests {
-    use super::super::test_items::{armed, item, resting};
     use super::*;
+    use crate::test_items::{armed, item, resting};
 
     #[test]
     fn the_weakest_in_range_gets_as_much_fire_as_it_takes_and_no_more() {

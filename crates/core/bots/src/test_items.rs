@@ -7,7 +7,7 @@ use maniple_view::{Base, Handle, Layer, Making, Own, Seen, Shape, Status, UnitTy
 use crate::seeing::Item;
 
 /// Returns a type with a weapon of this range and 100 hit points, that goes a quarter of a world unit a cycle.
-pub(super) fn armed(range: f64) -> UnitType {
+pub(crate) fn armed(range: f64) -> UnitType {
     let weapon = Weapon {
         range,
         range_min: 0.0,
@@ -37,7 +37,7 @@ pub(super) fn armed(range: f64) -> UnitType {
 }
 
 /// Returns what is seen of an object that rests at (x, 5) with so many hit points.
-pub(super) fn resting(x: f64, hit_points: u32) -> Seen {
+pub(crate) fn resting(x: f64, hit_points: u32) -> Seen {
     let moment = Moment { cycle: Cycle(0), fraction: 0.0 };
     Seen {
         unit_type: UnitTypeId(0),
@@ -49,6 +49,6 @@ pub(super) fn resting(x: f64, hit_points: u32) -> Seen {
 }
 
 /// Returns the item of an object that rests.
-pub(super) fn item<'a>(object: u32, seen: &'a Seen, kind: &'a UnitType) -> Item<'a> {
+pub(crate) fn item<'a>(object: u32, seen: &'a Seen, kind: &'a UnitType) -> Item<'a> {
     Item { object: Handle(object), seen, kind, center: seen.base.point }
 }
