@@ -8,6 +8,7 @@ mod boarding;
 mod following;
 mod passage;
 mod reacting;
+mod roster;
 mod scene;
 mod scheduled;
 mod squads;
