@@ -62,13 +62,13 @@ struct Surroundings {
     moving: Vec<Moving>,
 }
 
-/// Whether somebody may depart who relies on others to leave in time.
+/// On whom somebody may rely who departs: that others leave in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reliance {
-    OnAll,
+    All,
     /// The same on shortest ways that only have to be better than a schedule that is known: nobody looks for ways around others.
-    OnOwnWays,
-    OnNobody,
+    OwnWays,
+    Nobody,
 }
 
 /// What came of one attempt.
@@ -84,12 +84,12 @@ impl Releasing {
     /// Begins to look for a schedule for all.
     #[must_use]
     pub fn new(request: &Request<'_>) -> Self {
-        Self::with_reliance(request, Reliance::OnAll)
+        Self::with_reliance(request, Reliance::All)
     }
 
     /// Begins to look for a schedule for those who can go even if all others stay.
     pub(crate) fn of_some(request: &Request<'_>) -> Self {
-        Self::with_reliance(request, Reliance::OnNobody)
+        Self::with_reliance(request, Reliance::Nobody)
     }
 
     fn with_reliance(request: &Request<'_>, reliance: Reliance) -> Self {
@@ -139,7 +139,7 @@ impl Releasing {
         let Self { groups, surroundings, attempt, .. } = self;
         let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
         let is_last = was_enough && matches!(attempt.plan, Plan::Shortest(_));
-        let reliance = if is_last { Reliance::OnOwnWays } else { self.reliance };
+        let reliance = if is_last { Reliance::OwnWays } else { self.reliance };
         let Some(ended) = attempt.step(tools, (groups, surroundings, reliance), work)? else {
             return Ok(None);
         };
@@ -151,7 +151,7 @@ impl Releasing {
             self.best = Some(ended);
         }
         match attempt.next((self.best.as_ref(), is_better), surroundings.speed) {
-            Some(plan) if self.reliance == Reliance::OnAll => *attempt = Attempt::new(plan),
+            Some(plan) if self.reliance == Reliance::All => *attempt = Attempt::new(plan),
             Some(_) | None => return Ok(self.best.take()),
         }
         Ok(None)
@@ -305,7 +305,7 @@ impl Attempt {
                 None => {
                     // Whoever keeps to the right meets nobody who comes the other way, but only stands where that one goes to.
                     let is_right = matches!(plan, Plan::SideBySide { keeping: Keeping::Right, .. });
-                    let is_trusted = is_right && reliance != Reliance::OnNobody && side_by_side.is_some();
+                    let is_trusted = is_right && reliance != Reliance::Nobody && side_by_side.is_some();
                     let trusted = if is_trusted { Care::OwnOpen } else { Care::Open };
                     let order = ((**order).clone(), trusted);
                     let departures = Departures::new(tools, (groups, surroundings), ends, order);
@@ -379,9 +379,9 @@ impl Departures {
         if next.is_none_or(|(_, care)| care > self.trusted) {
             let is_any_left = next.is_some();
             let count = match reliance {
-                Reliance::OnAll => DETOURS_MAX,
-                Reliance::OnOwnWays => 0,
-                Reliance::OnNobody => DETOURS_OF_SOME_MAX,
+                Reliance::All => DETOURS_MAX,
+                Reliance::OwnWays => 0,
+                Reliance::Nobody => DETOURS_OF_SOME_MAX,
             };
             if is_any_left && self.detours_tried < count {
                 let number = self.order.first(count).get(self.detours_tried).copied();
@@ -393,13 +393,13 @@ impl Departures {
                 }
                 return Ok(None);
             }
-            if !is_any_left && reliance == Reliance::OnAll && self.exchanges_tried < EXCHANGES_MAX {
+            if !is_any_left && reliance == Reliance::All && self.exchanges_tried < EXCHANGES_MAX {
                 let turn = self.exchanges_tried;
                 self.exchanges_tried += 1;
                 self.exchange(tools, ends, turn, work)?;
                 return Ok(None);
             }
-            if !is_any_left || reliance == Reliance::OnNobody {
+            if !is_any_left || reliance == Reliance::Nobody {
                 let start = &ends.starts[self.order.first(1)[0]];
                 let (group, circle, from) = (start.group, start.index, start.point);
                 return Ok(Some(self.ended(Some(ReleaseError::NoDeparture { group, circle, from }))));
@@ -413,7 +413,7 @@ impl Departures {
             return Ok(None);
         }
         let detour =
-            if reliance == Reliance::OnOwnWays { None } else { self.detour(tools, ends, choice.0, work)? };
+            if reliance == Reliance::OwnWays { None } else { self.detour(tools, ends, choice.0, work)? };
         match detour {
             Some(departing) => self.depart(tools, ends, departing),
             None => self.order.put_off(choice.0),
