@@ -183,3 +183,57 @@ impl Strip {
 fn right_of(from: DVec2, to: DVec2) -> DVec2 {
     (to - from).normalize_or_zero().perp()
 }
+
+#[cfg(test)]
+mod tests {
+    use maniple_geometry::Segment;
+
+    use super::*;
+    use crate::tests::{Dice, scattered};
+
+    /// How near two legs come to each other that do not cross.
+    fn distance(one: &[DVec2], other: &[DVec2]) -> f64 {
+        let near = |point: DVec2, leg: &[DVec2]| {
+            let line: Segment = Segment::new(leg[0], leg[1]);
+            line.nearest(point).distance(point)
+        };
+        let ends = [near(one[0], other), near(one[1], other), near(other[0], one), near(other[1], one)];
+        ends.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn lanes_are_clear_and_farther_apart_than_circles() {
+        let (radius, reach) = (0.35, 0.7);
+        let (mut turned, mut right) = (0, 0);
+        for seed in 0..60 {
+            let mut dice = Dice(seed);
+            let map = scattered(&mut dice, 60, 0.008);
+            let ground = Ground::new(&map, radius).unwrap();
+            let mut detours = Detours::new(&ground);
+            let end = |point: DVec2| End { middle: point, extent: 4.0 };
+            let (from, to) = (dice.place(&map, &ground), dice.place(&map, &ground));
+            for (count, keeping) in
+                [(2, Keeping::Middle), (5, Keeping::Middle), (1, Keeping::Right), (3, Keeping::Right)]
+            {
+                let tools = (&ground, &mut detours);
+                let Some(bundle) = Bundle::new(tools, (end(from), end(to)), (count, keeping, reach)) else {
+                    continue;
+                };
+                assert_eq!(bundle.lanes.len(), count, "seed {seed}");
+                for (index, lane) in bundle.lanes.iter().enumerate() {
+                    assert!(lane.windows(2).all(|leg| ground.is_clear(leg[0], leg[1])), "seed {seed}");
+                    for other in &bundle.lanes[index + 1..] {
+                        let pairs = lane
+                            .windows(2)
+                            .flat_map(|leg| other.windows(2).map(move |beside| distance(leg, beside)));
+                        let least = pairs.fold(f64::INFINITY, f64::min);
+                        assert!(least > reach, "seed {seed}: {least}");
+                    }
+                }
+                turned += usize::from(bundle.lanes[0].len() > 2);
+                right += usize::from(keeping == Keeping::Right);
+            }
+        }
+        assert!(turned > 40 && right > 40, "{turned} {right}");
+    }
+}
