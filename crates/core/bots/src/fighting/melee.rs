@@ -132,3 +132,50 @@ fn is_open((ground, scene): (&Ground, &Scene<'_>), fighter: &Item<'_>, place: DV
     let others = scene.all().filter(|other| other.object != fighter.object && other.is_in_the_way());
     ground.is_clear(fighter.center, place) && others.into_iter().all(is_apart)
 }
+
+#[cfg(test)]
+mod tests {
+    use maniple_view::Terrain;
+
+    use super::*;
+    use crate::test_items::{armed, item, resting};
+
+    #[test]
+    fn each_goes_to_a_place_of_its_own_in_reach_of_the_enemy() {
+        let terrain =
+            Terrain { width: 20, height: 10, tiles: vec![".".repeat(20); 10], segments: Vec::new() };
+        let ground = Ground::new(&terrain.map().unwrap(), 0.5).unwrap();
+        let kind = armed(0.125);
+        let (own, other) = (resting(5.0, 100), resting(10.0, 100));
+        let (fighter, enemy) = (item(0, &own, &kind), item(1, &other, &kind));
+        let scene = Scene { enemies: vec![enemy], ..Scene::default() };
+        let mut taken = Vec::new();
+        while let Some(&place) = places((&ground, &scene), &fighter, &enemy, &taken).first() {
+            let gap = place.distance(enemy.center) - 1.0;
+            assert!(gap > 0.0 && gap < 0.125, "{place}");
+            assert!(taken.iter().all(|other: &DVec2| other.distance(place) > 1.0), "{place} {taken:?}");
+            taken.push(place);
+        }
+        // The nearest first.
+        assert_eq!(taken[0], DVec2::new(10.0 - 1.0625, 5.0));
+        assert!(taken.len() >= AT_ONE_MAX, "{taken:?}");
+    }
+
+    #[test]
+    fn who_rests_between_closes_the_straight_way_and_who_is_behind_does_not() {
+        let terrain =
+            Terrain { width: 20, height: 10, tiles: vec![".".repeat(20); 10], segments: Vec::new() };
+        let ground = Ground::new(&terrain.map().unwrap(), 0.5).unwrap();
+        let kind = armed(0.125);
+        let check = |x: f64, expected: bool| {
+            let (own, other) = (resting(5.0, 100), resting(x, 100));
+            let (fighter, between) = (item(0, &own, &kind), item(1, &other, &kind));
+            let scene = Scene { own: vec![fighter, between], ..Scene::default() };
+            assert_eq!(is_open((&ground, &scene), &fighter, DVec2::new(10.0, 5.0)), expected, "{x}");
+        };
+        check(7.0, false);
+        check(10.5, false);
+        check(11.25, true);
+        check(3.5, true);
+    }
+}
