@@ -48,6 +48,16 @@ impl Keeping {
     }
 }
 
+impl Keeping {
+    /// How many lanes are tried where so many get stuck: to the right there may be ways for a few more.
+    pub(crate) fn fewer(self, lanes: usize) -> usize {
+        match self {
+            Self::Middle => lanes / 2,
+            Self::Right => fewer(lanes),
+        }
+    }
+}
+
 /// One end of a bundle: the middle of a group or of its goals, and how far the farthest of them is from it, in world units.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct End {

@@ -140,7 +140,8 @@ impl Releasing {
         let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
         let is_last = was_enough && matches!(attempt.plan, Plan::Shortest(_));
         let reliance = if is_last { Reliance::OwnWays } else { self.reliance };
-        let Some(ended) = attempt.step(tools, (groups, surroundings, reliance), work)? else {
+        let limit = self.best.as_ref().filter(|_| was_enough).map_or(f64::INFINITY, |best| best.makespan);
+        let Some(ended) = attempt.step(tools, (groups, surroundings, reliance, limit), work)? else {
             return Ok(None);
         };
         let is_better = match &self.best {
@@ -209,6 +210,8 @@ struct Departures {
     order: Order,
     walks: Vec<Vec<Option<Walk>>>,
     departed: Vec<Departed>,
+    /// When the last one arrives of those who have departed, or would have before goals were exchanged.
+    arrival: f64,
     /// With how much care somebody goes before ways around all who rest are looked for.
     trusted: Care,
     /// By group whether anybody may go to any goal.
@@ -247,12 +250,13 @@ impl Attempt {
     fn next(&self, (best, is_better): (Option<&Ended>, bool), speed: f64) -> Option<Plan> {
         let is_stuck = best.is_none_or(|best| best.stuck.is_some());
         let is_good = best.is_some_and(|best| best.makespan * speed < GOOD * self.ends.course);
-        let fewer = |lanes: usize| if is_stuck { bundle::fewer(lanes) } else { lanes / 2 };
         let passed = match (self.plan, self.side_by_side) {
             (_, Some(_)) if self.ends.is_shortest_denser => return Some(Plan::Shortest(Passing::Densest)),
             (_, Some(_)) if !is_stuck && (is_good || !is_better) => return None,
-            (Plan::SideBySide { keeping, .. }, Some(lanes)) if fewer(lanes) >= keeping.lanes_min() => {
-                return Some(Plan::SideBySide { lanes_max: fewer(lanes), keeping });
+            (Plan::SideBySide { keeping, .. }, Some(lanes))
+                if keeping.fewer(lanes) >= keeping.lanes_min() =>
+            {
+                return Some(Plan::SideBySide { lanes_max: keeping.fewer(lanes), keeping });
             }
             (Plan::SideBySide { keeping: Keeping::Right, .. }, _) => {
                 return Some(Plan::SideBySide { lanes_max: usize::MAX, keeping: Keeping::Middle });
@@ -271,7 +275,7 @@ impl Attempt {
     fn step(
         &mut self,
         tools: &mut Tools<'_>,
-        (groups, surroundings, reliance): (&[Group], &Surroundings, Reliance),
+        (groups, surroundings, reliance, limit): (&[Group], &Surroundings, Reliance, f64),
         work: &mut Work,
     ) -> Result<Option<Ended>, ReleaseError> {
         let Self { plan, side_by_side, ends, stage } = self;
@@ -312,7 +316,15 @@ impl Attempt {
                     *stage = Stage::Departures(Box::new(departures));
                 }
             },
-            Stage::Departures(departures) => return departures.step(tools, ends, reliance, work),
+            Stage::Departures(departures) => {
+                // No schedule comes of it that is better than the one that is known.
+                let is_late = departures.arrival > limit;
+                let ended = if is_late { Some(departures.given_up(ends)) } else { None };
+                return match ended {
+                    Some(ended) => Ok(Some(ended)),
+                    None => departures.step(tools, ends, reliance, work),
+                };
+            }
         }
         Ok(None)
     }
@@ -350,6 +362,7 @@ impl Departures {
             order,
             walks,
             departed,
+            arrival: 0.0,
             trusted,
             is_interchangeable,
             speed,
@@ -400,9 +413,7 @@ impl Departures {
                 return Ok(None);
             }
             if !is_any_left || reliance == Reliance::Nobody {
-                let start = &ends.starts[self.order.first(1)[0]];
-                let (group, circle, from) = (start.group, start.index, start.point);
-                return Ok(Some(self.ended(Some(ReleaseError::NoDeparture { group, circle, from }))));
+                return Ok(Some(self.given_up(ends)));
             }
         }
         let Some((choice, care)) = next else { return Ok(None) };
@@ -443,6 +454,15 @@ impl Departures {
             }
         }
         soonest
+    }
+
+    /// Ends, since the first of those who wait cannot go.
+    fn given_up(&mut self, ends: &Ends) -> Ended {
+        let stuck = self.order.first(1).first().map(|&number| {
+            let start = &ends.starts[number];
+            ReleaseError::NoDeparture { group: start.group, circle: start.index, from: start.point }
+        });
+        self.ended(stuck)
     }
 
     fn ended(&mut self, stuck: Option<ReleaseError>) -> Ended {
@@ -528,5 +548,6 @@ impl Departures {
         self.walks[start.group][start.index] =
             Some(Walk { goal, departure: planned.departure, arrival, legs });
         self.departed.push(departed);
+        self.arrival = arrival.greater(self.arrival);
     }
 }
