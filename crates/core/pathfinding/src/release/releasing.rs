@@ -71,11 +71,26 @@ enum Reliance {
     Nobody,
 }
 
+/// When an attempt is given up, since a schedule is known that is better or was found sooner.
+#[derive(Clone, Copy, Debug)]
+struct Limit {
+    /// The latest arrival, in cycles.
+    arrival: f64,
+    /// The most looks: as many as that took that is known.
+    looks: u64,
+}
+
+impl Limit {
+    const NONE: Self = Self { arrival: f64::INFINITY, looks: u64::MAX };
+}
+
 /// What came of one attempt.
 #[derive(Clone, Debug)]
 pub(crate) struct Ended {
     pub(crate) walks: Vec<Vec<Option<Walk>>>,
     makespan: f64,
+    /// How much it took.
+    looks: u64,
     /// Why not all have a walk.
     pub(crate) stuck: Option<ReleaseError>,
 }
@@ -140,10 +155,13 @@ impl Releasing {
         let was_enough = self.best.as_ref().is_some_and(|best| best.stuck.is_none());
         let is_last = was_enough && matches!(attempt.plan, Plan::Shortest(_));
         let reliance = if is_last { Reliance::OwnWays } else { self.reliance };
-        let limit = self.best.as_ref().filter(|_| was_enough).map_or(f64::INFINITY, |best| best.makespan);
-        let Some(ended) = attempt.step(tools, (groups, surroundings, reliance, limit), work)? else {
-            return Ok(None);
-        };
+        let known = self.best.as_ref().filter(|_| was_enough);
+        let limit = known.map_or(Limit::NONE, |best| Limit { arrival: best.makespan, looks: best.looks });
+        let before = work.done();
+        let ended = attempt.step(tools, (groups, surroundings, reliance, limit), work)?;
+        attempt.looks += work.done() - before;
+        let Some(mut ended) = ended else { return Ok(None) };
+        ended.looks = attempt.looks;
         let is_better = match &self.best {
             None => true,
             Some(best) => ended.stuck.is_none() && (!was_enough || ended.makespan < best.makespan),
@@ -188,6 +206,8 @@ impl<'a> Tools<'a> {
 #[derive(Clone, Debug)]
 struct Attempt {
     plan: Plan,
+    /// How much it has looked up to now.
+    looks: u64,
     /// How many lanes side by side there are at most; `None` where all groups go on shortest ways.
     side_by_side: Option<usize>,
     ends: Ends,
@@ -240,7 +260,7 @@ struct Departing {
 impl Attempt {
     fn new(plan: Plan) -> Self {
         let stage = Stage::Groups { done: 0, adding: None };
-        Self { plan, side_by_side: None, ends: Ends::default(), stage }
+        Self { plan, looks: 0, side_by_side: None, ends: Ends::default(), stage }
     }
 
     /// Returns what is tried next, if anything is, when the best attempt is known, and whether that is this one.
@@ -275,10 +295,10 @@ impl Attempt {
     fn step(
         &mut self,
         tools: &mut Tools<'_>,
-        (groups, surroundings, reliance, limit): (&[Group], &Surroundings, Reliance, f64),
+        (groups, surroundings, reliance, limit): (&[Group], &Surroundings, Reliance, Limit),
         work: &mut Work,
     ) -> Result<Option<Ended>, ReleaseError> {
-        let Self { plan, side_by_side, ends, stage } = self;
+        let Self { plan, looks, side_by_side, ends, stage } = self;
         match stage {
             Stage::Groups { done, adding: Some(current) } => {
                 match current.advance((&mut tools.planner, &mut tools.detours), &groups[*done], ends)? {
@@ -317,13 +337,10 @@ impl Attempt {
                 }
             },
             Stage::Departures(departures) => {
-                // No schedule comes of it that is better than the one that is known.
-                let is_late = departures.arrival > limit;
-                let ended = if is_late { Some(departures.given_up(ends)) } else { None };
-                return match ended {
-                    Some(ended) => Ok(Some(ended)),
-                    None => departures.step(tools, ends, reliance, work),
-                };
+                if departures.arrival > limit.arrival || *looks > limit.looks {
+                    return Ok(Some(departures.given_up(ends)));
+                }
+                return departures.step(tools, ends, reliance, work);
             }
         }
         Ok(None)
@@ -469,7 +486,7 @@ impl Departures {
         let walks = std::mem::take(&mut self.walks);
         let arrivals = walks.iter().flatten().flatten().map(|walk| walk.arrival);
         let makespan = arrivals.fold(0.0, Scalar::greater);
-        Ended { walks, makespan, stuck }
+        Ended { walks, makespan, looks: 0, stuck }
     }
 
     /// A departure for the way that was planned for a start and a goal.
