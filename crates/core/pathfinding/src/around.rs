@@ -178,14 +178,14 @@ impl<A: Fn(DVec2) -> bool + Copy> Steps<'_, A> {
         self.crowd.near(self.lattice.tile(self.lattice.place(node)))
     }
 
-    /// Whether a crowd leaves a step clear: what [`Crowd::is_clear`] says. A step is not longer than a tile along both axes, so that
-    /// whoever is too near to it is listed with the tile of an end.
-    fn is_clear(&self, (from, near_from): (u32, &[Standing]), (to, near_to): (u32, &[Standing])) -> bool {
-        if near_from.is_empty() && near_to.is_empty() {
+    /// Whether a crowd leaves a step clear: what [`Crowd::is_clear`] says. No point of a step is farther along an axis than half a tile
+    /// from the tile of either end, so that whoever is too near to the step is listed with both.
+    fn is_clear(self, from: u32, to: u32, near: &[Standing]) -> bool {
+        if near.is_empty() {
             return true;
         }
         let line: Segment = Segment::new(self.lattice.point(from), self.lattice.point(to));
-        !near_from.iter().chain(near_to).any(|standing| standing.is_hit_by(&line))
+        !near.iter().any(|standing| standing.is_hit_by(&line))
     }
 }
 
@@ -231,7 +231,7 @@ impl Memory {
                 let cost = cost + step;
                 let known = self.known[other as usize];
                 let is_better = (known.search != self.number || cost < known.cost) && steps.is_allowed(other);
-                if is_better && steps.is_clear((node, near), (other, steps.near(other))) {
+                if is_better && steps.is_clear(node, other, near) {
                     self.reach(other, (cost, node), octile(place, target));
                     if known.leads == self.number {
                         back = Back::Met;
@@ -267,7 +267,7 @@ impl Memory {
         let mut back = Back::Open;
         steps.each(node, |other, _, _| {
             let is_new = self.known[other as usize].leads != self.number && steps.is_allowed(other);
-            if is_new && steps.is_clear((other, steps.near(other)), (node, near)) {
+            if is_new && steps.is_clear(other, node, near) {
                 back = self.lead(other, back);
             }
         });
@@ -356,9 +356,14 @@ mod tests {
             let steps = Steps { lattice: &ground.lattice, crowd, is_allowed: |_| true };
             for node in (0..).take(ground.lattice.nodes()) {
                 steps.each(node, |other, _, _| {
-                    let is_clear = steps.is_clear((node, steps.near(node)), (other, steps.near(other)));
+                    let is_clear = steps.is_clear(node, other, steps.near(node));
                     let (from, to) = (ground.lattice.point(node), ground.lattice.point(other));
                     assert_eq!(is_clear, crowd.is_clear(from, to), "{name}: {from} to {to}");
+                    assert_eq!(
+                        is_clear,
+                        steps.is_clear(node, other, steps.near(other)),
+                        "{name}: {from} to {to}"
+                    );
                     *(if is_clear { &mut clear } else { &mut blocked }) += 1;
                 });
             }
