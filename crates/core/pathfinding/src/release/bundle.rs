@@ -196,7 +196,7 @@ fn right_of(from: DVec2, to: DVec2) -> DVec2 {
 
 #[cfg(test)]
 mod tests {
-    use maniple_geometry::Segment;
+    use maniple_geometry::{Scalar, Segment};
 
     use super::*;
     use crate::tests::{Dice, scattered};
@@ -208,7 +208,7 @@ mod tests {
             line.nearest(point).distance(point)
         };
         let ends = [near(one[0], other), near(one[1], other), near(other[0], one), near(other[1], one)];
-        ends.into_iter().fold(f64::INFINITY, f64::min)
+        ends.into_iter().fold(f64::INFINITY, Scalar::lesser)
     }
 
     #[test]
@@ -236,7 +236,7 @@ mod tests {
                         let pairs = lane
                             .windows(2)
                             .flat_map(|leg| other.windows(2).map(move |beside| distance(leg, beside)));
-                        let least = pairs.fold(f64::INFINITY, f64::min);
+                        let least = pairs.fold(f64::INFINITY, Scalar::lesser);
                         assert!(least > reach, "seed {seed}: {least}");
                     }
                 }
