@@ -39,6 +39,9 @@ const OTHERS_MAX: usize = 3;
 /// Side by side, a group that takes so many times as long as it would in lanes without a gap tries fewer lanes, and the shortest way.
 const GOOD: f64 = 1.25;
 
+/// So many times as many looks as that took that is known an attempt may take that comes behind it.
+const LOOKS_MORE: u64 = 4;
+
 /// A search for a schedule that goes on by as much as it is told to, so that it can be spread over cycles. How much that is does not
 /// change what comes of it.
 #[derive(Clone, Debug)]
@@ -76,7 +79,7 @@ enum Reliance {
 struct Limit {
     /// The latest arrival, in cycles.
     arrival: f64,
-    /// The most looks: as many as that took that is known.
+    /// The most looks.
     looks: u64,
 }
 
@@ -156,7 +159,10 @@ impl Releasing {
         let is_last = was_enough && matches!(attempt.plan, Plan::Shortest(_));
         let reliance = if is_last { Reliance::OwnWays } else { self.reliance };
         let known = self.best.as_ref().filter(|_| was_enough);
-        let limit = known.map_or(Limit::NONE, |best| Limit { arrival: best.makespan, looks: best.looks });
+        let limit = known.map_or(Limit::NONE, |best| Limit {
+            arrival: best.makespan,
+            looks: best.looks.saturating_mul(LOOKS_MORE),
+        });
         let before = work.done();
         let ended = attempt.step(tools, (groups, surroundings, reliance, limit), work)?;
         attempt.looks += work.done() - before;
