@@ -34,8 +34,8 @@ pub(crate) struct Order {
     waiting: Vec<usize>,
     /// The group of which one left last.
     begun: Option<usize>,
-    /// Those of them who are put off until another has left.
-    put_off: Vec<usize>,
+    /// For each start whether it is put off until another has left.
+    put_off: Vec<bool>,
     /// For each start who stands in its legs.
     start_blocked: Vec<Blocked>,
     /// For each goal who stands in its legs.
@@ -66,7 +66,7 @@ impl Order {
         Self {
             waiting: (0..starts.len()).collect(),
             begun: None,
-            put_off: Vec::new(),
+            put_off: vec![false; starts.len()],
             start_blocked: vec![Blocked::default(); starts.len()],
             goal_blocked: vec![Blocked::default(); goals.len()],
             stands_in: vec![(Vec::new(), Vec::new()); starts.len()],
@@ -187,7 +187,7 @@ impl Order {
 
     /// Passes over a circle until another has left.
     pub(crate) fn put_off(&mut self, start: usize) {
-        self.put_off.push(start);
+        self.put_off[start] = true;
     }
 
     /// The first circle of those that wait and are meant who can go with this care, and the first goal of its stream that it can go
@@ -203,20 +203,18 @@ impl Order {
         care: Care,
         is_meant: &'a dyn Fn(usize) -> bool,
     ) -> impl Iterator<Item = (usize, usize)> + 'a {
-        // The stream that was looked at last has no such goal.
-        let mut hopeless = None;
+        // By stream whether it has no such goal.
+        let mut is_hopeless = vec![false; self.free.len()];
         self.waiting.iter().filter_map(move |&number| {
             let stream = ends.starts[number].stream;
             let can_go = care.takes(self.start_blocked[number]) && is_meant(number);
-            if !can_go || hopeless == Some(stream) || self.put_off.contains(&number) {
+            if !can_go || is_hopeless[stream] || self.put_off[number] {
                 return None;
             }
             let is_good =
                 |&&goal: &&usize| care.takes(self.goal_blocked[goal]) && care.covers(self.covered[goal]);
             let goal = self.free[stream].iter().find(is_good);
-            if goal.is_none() {
-                hopeless = Some(stream);
-            }
+            is_hopeless[stream] = goal.is_none();
             goal.map(|&goal| (number, goal))
         })
     }
@@ -225,7 +223,7 @@ impl Order {
     pub(crate) fn leave(&mut self, ends: &Ends, (start, goal): (usize, usize)) {
         let group = ends.starts[start].group;
         self.waiting.retain(|&waiting| waiting != start);
-        self.put_off.clear();
+        self.put_off.fill(false);
         self.begun = Some(group);
         self.free[ends.starts[start].stream].retain(|&free| free != goal);
         for &other in &self.stands_in[start].0 {

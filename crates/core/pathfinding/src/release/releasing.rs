@@ -69,7 +69,8 @@ struct Surroundings {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reliance {
     All,
-    /// The same on shortest ways that only have to be better than a schedule that is known: nobody looks for ways around others.
+    /// The same on shortest ways that only have to be better than a schedule that is known: where somebody would have to look for a way
+    /// around others, the attempt is given up.
     OwnWays,
     Nobody,
 }
@@ -446,9 +447,10 @@ impl Departures {
             self.depart(tools, ends, soonest);
             return Ok(None);
         }
-        let detour =
-            if reliance == Reliance::OwnWays { None } else { self.detour(tools, ends, choice.0, work)? };
-        match detour {
+        if reliance == Reliance::OwnWays {
+            return Ok(Some(self.given_up(ends)));
+        }
+        match self.detour(tools, ends, choice.0, work)? {
             Some(departing) => self.depart(tools, ends, departing),
             None => self.order.put_off(choice.0),
         }
