@@ -6,6 +6,7 @@
 //! earliest moment that none of those before it forbids ([`traffic`]).
 
 mod assign;
+mod beats;
 mod bound;
 mod bundle;
 mod conflict;
@@ -16,7 +17,6 @@ mod lanes;
 mod order;
 mod releasing;
 mod schedule;
-mod slots;
 mod streets;
 mod stretch;
 mod traffic;

@@ -6,11 +6,11 @@ use glam::DVec2;
 use maniple_geometry::Scalar;
 
 use super::assign::{Assignment, Sight, lanes};
+use super::beats::{Passage, Timing};
 use super::bundle::{self, Bundle, Keeping};
 use super::error::ReleaseError;
 use super::lanes::{Lanes, Passing};
 use super::schedule::{Goals, Group};
-use super::slots::{Passage, Timing};
 use super::trajectory::Trajectory;
 use super::trunk::Trunk;
 use crate::around::Detours;
@@ -153,7 +153,7 @@ impl Adding {
             }
             Plan::SideBySide { .. } | Plan::Shortest(_) => None,
         };
-        let timing = if passing == Passing::InSlots { Timing::InSlots } else { Timing::Anytime };
+        let timing = if passing == Passing::OnBeats { Timing::OnBeats } else { Timing::Anytime };
         Ok(Some(Self {
             number,
             trunk,

@@ -48,8 +48,8 @@ const APART: f64 = 1.05;
 pub(crate) enum Passing {
     /// In as many as let most circles through.
     Densest,
-    /// In as many, but in slots.
-    InSlots,
+    /// In as many, but on beats.
+    OnBeats,
     /// In as many as are wholly apart.
     Apart,
     /// Each group on its right side, so that groups that meet pass each other.
@@ -62,7 +62,7 @@ pub(crate) enum Passing {
 
 impl Passing {
     pub(crate) const ALL: [Self; 6] =
-        [Self::Densest, Self::InSlots, Self::Apart, Self::KeepRight, Self::Half, Self::OneByOne];
+        [Self::Densest, Self::OnBeats, Self::Apart, Self::KeepRight, Self::Half, Self::OneByOne];
 }
 
 /// A line across a path on which the middle of a circle has room.
@@ -174,7 +174,7 @@ impl Lanes {
         let fewer = |count: usize| (count < self.count).then(|| Self { count, ..self.clone() });
         match passing {
             Passing::Densest => Some(self.clone()),
-            Passing::InSlots => {
+            Passing::OnBeats => {
                 (self.count > 1 && width / ((self.count - 1) as f64) < reach).then(|| self.clone())
             }
             Passing::Apart => {
@@ -193,7 +193,7 @@ impl Lanes {
         }
     }
 
-    /// Returns how far circles in a lane are behind each other where all keep to slots.
+    /// Returns how far circles in a lane are behind each other where all keep to beats.
     pub(crate) fn spacing(&self, reach: f64) -> f64 {
         let width = self.cuts.iter().map(Cut::width).fold(f64::INFINITY, Scalar::lesser);
         let staggered = self.count as f64 / density(width, self.count, reach);

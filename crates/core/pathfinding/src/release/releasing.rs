@@ -7,13 +7,13 @@ use std::collections::BTreeSet;
 use maniple_geometry::{Circle, Scalar};
 
 use self::exchange::{Departed, EXCHANGES_MAX};
+use super::beats::{Beats, Passed};
 use super::bundle::{self, Keeping};
 use super::ends::{Adding, Ends, Plan, reach_of};
 use super::error::ReleaseError;
 use super::lanes::Passing;
 use super::order::{Care, Order};
 use super::schedule::{Goals, Group, Moving, Request, Schedule, Walk};
-use super::slots::{Passed, Slots};
 use super::traffic::{Planned, Traffic};
 use super::trajectory::Trajectory;
 use crate::around::{Detours, Memory};
@@ -505,8 +505,8 @@ impl Departures {
         let (start, goal) = (&ends.starts[choice.0], &ends.goals[choice.1]);
         let legs = [&start.legs[..], &goal.legs].concat();
         let trajectory = Trajectory::new(start.point, &legs, self.speed);
-        let slots = self.passed.departures(start);
-        let departing = self.departing(choice, (trajectory, slots), work);
+        let beats = self.passed.departures(start);
+        let departing = self.departing(choice, (trajectory, beats), work);
         if departing.is_none() {
             self.never.insert(choice);
         }
@@ -516,11 +516,11 @@ impl Departures {
     fn departing(
         &mut self,
         (start, goal): (usize, usize),
-        (trajectory, slots): (Trajectory, Option<Slots>),
+        (trajectory, beats): (Trajectory, Option<Beats>),
         work: &mut Work,
     ) -> Option<Departing> {
         let before = self.traffic.looks;
-        let departure = self.traffic.earliest(&trajectory, slots);
+        let departure = self.traffic.earliest(&trajectory, beats);
         work.add(self.traffic.looks - before);
         departure.map(|departure| Departing { start, goal, departure, trajectory })
     }

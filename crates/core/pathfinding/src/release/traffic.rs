@@ -3,8 +3,8 @@
 use glam::DVec2;
 use maniple_geometry::Scalar;
 
+use super::beats::Beats;
 use super::conflict::{Contact, Span, forbid};
-use super::slots::Slots;
 use super::streets::{Streets, Use};
 use super::trajectory::{Piece, Trajectory};
 
@@ -84,8 +84,8 @@ impl Traffic {
     }
 
     /// Returns the earliest moment, not before 0, at which a circle can depart without ever coming nearer to any other than both radii
-    /// and the margin; `None` where there is none. Where there are slots, it is one of them.
-    pub(crate) fn earliest(&mut self, trajectory: &Trajectory, slots: Option<Slots>) -> Option<f64> {
+    /// and the margin; `None` where there is none. Where there are beats, it is one of them.
+    pub(crate) fn earliest(&mut self, trajectory: &Trajectory, beats: Option<Beats>) -> Option<f64> {
         self.spans.clear();
         self.last.clear();
         for other in &self.planned {
@@ -111,8 +111,8 @@ impl Traffic {
         }
         self.spans.extend(self.last.iter().flatten());
         self.spans.iter_mut().for_each(|span| *span = span.widened());
-        let first = slots.map_or(0.0, |slots| slots.not_before(0.0));
-        let departure = first_in_none(first, slots, &mut self.spans)?;
+        let first = beats.map_or(0.0, |beats| beats.not_before(0.0));
+        let departure = first_in_none(first, beats, &mut self.spans)?;
         // It is this one or a later one: what forbids earlier ones alone need not be looked for.
         self.spans.retain(|span| span.to > departure);
         let known = self.spans.len();
@@ -125,7 +125,7 @@ impl Traffic {
         }
         self.spans.extend(self.last.iter().flatten());
         self.spans[known..].iter_mut().for_each(|span| *span = span.widened());
-        first_in_none(departure, slots, &mut self.spans)
+        first_in_none(departure, beats, &mut self.spans)
     }
 }
 
@@ -142,10 +142,10 @@ fn note(piece: &Piece, other: &Use, contact: Contact, last: &mut [Option<Span>],
     }
 }
 
-/// The first moment from one on that is in no span; sorts the spans. Where there are slots, both moments are slots. `None` where there is
+/// The first moment from one on that is in no span; sorts the spans. Where there are beats, both moments are beats. `None` where there is
 /// none.
-fn first_in_none(from: f64, slots: Option<Slots>, spans: &mut [Span]) -> Option<f64> {
-    let not_before = |moment: f64| slots.map_or(moment, |slots| slots.not_before(moment));
+fn first_in_none(from: f64, beats: Option<Beats>, spans: &mut [Span]) -> Option<f64> {
+    let not_before = |moment: f64| beats.map_or(moment, |beats| beats.not_before(moment));
     spans.sort_unstable_by(|one, other| one.from.total_cmp(&other.from));
     let mut departure = from;
     for span in spans {
@@ -173,7 +173,7 @@ mod tests {
     const MARGIN: f64 = 0.001;
 
     /// The slow twin: pair by pair, and piece by piece.
-    fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory, slots: Option<Slots>) -> Option<f64> {
+    fn earliest_by_pairs(traffic: &Traffic, trajectory: &Trajectory, beats: Option<Beats>) -> Option<f64> {
         let mut spans = Vec::new();
         for other in &traffic.planned {
             let usual = traffic.gap + other.radius;
@@ -181,8 +181,8 @@ mod tests {
             forbid(trajectory, (&other.trajectory, other.departure), reach, &mut spans);
         }
         spans.iter_mut().for_each(|span| *span = span.widened());
-        let first = slots.map_or(0.0, |slots| slots.not_before(0.0));
-        first_in_none(first, slots, &mut spans)
+        let first = beats.map_or(0.0, |beats| beats.not_before(0.0));
+        first_in_none(first, beats, &mut spans)
     }
 
     #[test]
@@ -206,10 +206,10 @@ mod tests {
             let mut traffic = Traffic::new(RADIUS, MARGIN);
             for circle in 0..20 {
                 let asked = trajectory(&mut dice);
-                let is_in_slots = dice.roll().is_multiple_of(2);
-                let slots = is_in_slots.then(|| Slots::new(9.0 * dice.share(), 0.1 + 7.0 * dice.share()));
-                let found = traffic.earliest(&asked, slots);
-                let expected = earliest_by_pairs(&traffic, &asked, slots);
+                let is_on_beats = dice.roll().is_multiple_of(2);
+                let beats = is_on_beats.then(|| Beats::new(9.0 * dice.share(), 0.1 + 7.0 * dice.share()));
+                let found = traffic.earliest(&asked, beats);
+                let expected = earliest_by_pairs(&traffic, &asked, beats);
                 assert_eq!(found, expected, "seed {seed}, circle {circle}");
                 later += usize::from(found.is_some_and(|departure| departure > 0.0));
                 never += usize::from(found.is_none());

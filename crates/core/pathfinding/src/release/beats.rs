@@ -1,8 +1,8 @@
 //! When the lanes of narrow places are passed.
 //!
 //! Where neighbouring lanes are nearer to each other than circles, and circles stand in each other's gaps, whoever comes a little late takes
-//! the gap of two. So it can be asked that each lane is passed in slots: by at most one in each, all of the same length, those of every
-//! second lane half a slot later.
+//! the gap of two. So it can be asked that each lane is passed on beats: by one at most at each, as often in all lanes, and in every second
+//! lane between two beats of its neighbours.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ pub(crate) struct Passage {
     pub(crate) distance: f64,
     /// How far circles of a lane are behind each other, in world units.
     pub(crate) spacing: f64,
-    /// Whether they keep to slots of that length.
+    /// Whether they keep to beats so far from each other.
     pub(crate) timing: Timing,
 }
 
@@ -26,19 +26,19 @@ pub(crate) struct Passage {
 pub(crate) enum Timing {
     /// Whenever there is room.
     Anytime,
-    /// In slots.
-    InSlots,
+    /// On beats.
+    OnBeats,
 }
 
 /// Moments of which one is as far from the next as from the one before, in cycles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Slots {
+pub(crate) struct Beats {
     /// One of them.
     one: f64,
     period: f64,
 }
 
-impl Slots {
+impl Beats {
     /// Returns those of which one is known, and how far from each other they are, in cycles.
     pub(crate) fn new(one: f64, period: f64) -> Self {
         Self { one, period }
@@ -49,9 +49,9 @@ impl Slots {
         if !moment.is_finite() {
             return moment;
         }
-        let slot = self.one + ((moment - self.one) / self.period).ceil() * self.period;
+        let beat = self.one + ((moment - self.one) / self.period).ceil() * self.period;
         // Rounding may have lost a little.
-        if slot < moment { slot + self.period } else { slot }
+        if beat < moment { beat + self.period } else { beat }
     }
 }
 
@@ -59,7 +59,7 @@ impl Slots {
 #[derive(Clone, Debug)]
 pub(crate) struct Passed {
     speed: f64,
-    /// When slots begin in the first lane of each group, and every second one from there.
+    /// When beats begin in the first lane of each group, and every second one from there.
     first: BTreeMap<usize, f64>,
     /// When a lane of a group was passed last.
     last: BTreeMap<(usize, usize), f64>,
@@ -76,10 +76,10 @@ impl Passed {
     }
 
     /// Returns when a circle may depart; `None` where it may at any time.
-    pub(crate) fn departures(&self, start: &Start) -> Option<Slots> {
-        let passage = start.passage.filter(|passage| passage.timing == Timing::InSlots)?;
+    pub(crate) fn departures(&self, start: &Start) -> Option<Beats> {
+        let passage = start.passage.filter(|passage| passage.timing == Timing::OnBeats)?;
         let first = self.first.get(&start.group)? + self.phase(passage);
-        Some(Slots::new(first - passage.distance / self.speed, passage.spacing / self.speed))
+        Some(Beats::new(first - passage.distance / self.speed, passage.spacing / self.speed))
     }
 
     /// Returns whether a lane is left empty for long before a circle passes that departs at a moment.
@@ -99,7 +99,7 @@ impl Passed {
         self.last.insert((start.group, passage.lane), moment);
     }
 
-    /// How much later than those of the first lane the slots of a lane begin, in cycles.
+    /// How much later than those of the first lane the beats of a lane begin, in cycles.
     fn phase(&self, passage: Passage) -> f64 {
         if passage.lane.is_multiple_of(2) { 0.0 } else { 0.5 * passage.spacing / self.speed }
     }
@@ -116,25 +116,25 @@ mod tests {
     fn the_next_slot_is_the_first_that_is_not_before() {
         let mut dice = Dice(7);
         for _ in 0..10_000 {
-            let slots = Slots { one: 200.0 * dice.share() - 100.0, period: 1.0 + 4.0 * dice.share() };
+            let beats = Beats { one: 200.0 * dice.share() - 100.0, period: 1.0 + 4.0 * dice.share() };
             let moment = 500.0 * dice.share();
-            let found = slots.not_before(moment);
-            // The slow twin: slot by slot.
-            let mut slot = slots.one - 100.0 * slots.period;
-            while slot < moment - 1e-9 {
-                slot += slots.period;
+            let found = beats.not_before(moment);
+            // The slow twin: beat by beat.
+            let mut beat = beats.one - 100.0 * beats.period;
+            while beat < moment - 1e-9 {
+                beat += beats.period;
             }
-            let rounded = (found - slot).abs().lesser((found - slot - slots.period).abs());
-            assert!(found >= moment && rounded < 1e-9, "{slots:?} {moment}: {found} instead of {slot}");
+            let rounded = (found - beat).abs().lesser((found - beat - beats.period).abs());
+            assert!(found >= moment && rounded < 1e-9, "{beats:?} {moment}: {found} instead of {beat}");
         }
-        let slots = Slots { one: 0.0, period: 2.0 };
-        assert_eq!(slots.not_before(f64::INFINITY), f64::INFINITY);
+        let beats = Beats { one: 0.0, period: 2.0 };
+        assert_eq!(beats.not_before(f64::INFINITY), f64::INFINITY);
     }
 
     #[test]
     fn neighbours_pass_half_a_slot_after_each_other() {
         let start = |lane: usize, distance: f64| {
-            let passage = Passage { lane, distance, spacing: 0.8, timing: Timing::InSlots };
+            let passage = Passage { lane, distance, spacing: 0.8, timing: Timing::OnBeats };
             Start { passage: Some(passage), ..Start::still(glam::DVec2::ZERO) }
         };
         let mut passed = Passed::new(0.2);
