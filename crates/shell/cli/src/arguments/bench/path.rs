@@ -36,8 +36,8 @@ ways, and auto does so while it watches and mends what goes wrong; alone, follow
 after the other, and each around all who rest. Their bound is of the whole group: the longest way, how far its middle goes, and the
 time that circles need through the narrowest place; for the four of them plan_us is per cycle, of all units.
 
-Examples: maniple bench path --map maps/rooms.map --planner pibt --units 50,100
-          maniple bench path --scene gap-2,maze --planner auto --units 20,100";
+Example: maniple bench path --map maps/rooms.map --planner pibt --units 50,100
+         maniple bench path --scene gap-2,maze --planner auto --units 20,100";
 
 /// Where groups go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
