@@ -7,6 +7,7 @@ mod auto;
 mod boarding;
 mod following;
 mod passage;
+mod plan;
 mod reacting;
 mod roster;
 mod scene;

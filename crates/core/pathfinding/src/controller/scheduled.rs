@@ -1,13 +1,14 @@
 //! All by one schedule, and anew whoever falls out of it.
 
 use glam::DVec2;
-use maniple_geometry::{Circle, Scalar, Segment};
+use maniple_geometry::Circle;
 
 use super::Progress;
-use super::scene::{Delivery, GRACE, LEAD, LEGS_MAX, Order, Scene, Seen, is_there};
+use super::plan::{Plan, along, leads_over};
+use super::scene::{Delivery, GRACE, LEAD, Order, Scene, is_there};
 use super::squads::{Squad, Squads};
 use crate::ground::{Ground, MARGIN};
-use crate::planner::{Planner, length};
+use crate::planner::Planner;
 use crate::release::{Goals, Group, Moving, Releasing, Request, Walk, by_distance};
 use crate::work::{PATH, Work};
 
@@ -33,17 +34,6 @@ enum State {
     Arrived(usize),
     /// No way leads to a goal.
     Unreachable,
-}
-
-/// A walk under way.
-#[derive(Clone, Debug)]
-struct Plan {
-    goal: usize,
-    from: DVec2,
-    legs: Vec<DVec2>,
-    /// In cycles since cycle 0.
-    departure: f64,
-    arrival: f64,
 }
 
 /// What is done where there is no schedule for everybody.
@@ -145,6 +135,7 @@ impl Scheduled {
             self.planning = None;
         }
         self.repeat(scene.cycle, &mut orders);
+        self.go_on(scene.cycle, &mut orders);
         let before = orders.len();
         self.stop_those_in_the_way(ground, scene, &mut orders);
         if orders.len() > before {
@@ -202,6 +193,16 @@ impl Scheduled {
             }
             *due > cycle && is_to_depart
         });
+    }
+
+    /// Gives those the rest of their legs who have more than one order holds.
+    fn go_on(&mut self, cycle: u32, orders: &mut Vec<Order>) {
+        let (speed, repeats) = (self.speed, self.repeats);
+        for (unit, state) in self.states.iter_mut().enumerate() {
+            if let State::Planned(plan) = state {
+                orders.extend(plan.next_order(unit, f64::from(cycle), (speed, repeats)));
+            }
+        }
     }
 
     pub(crate) fn progress(&self, unit: usize) -> Progress {
@@ -520,63 +521,15 @@ impl Scheduled {
         orders: &mut Vec<Order>,
     ) {
         let from = scene.units[unit].position;
-        let mut legs = walk.legs;
-        if legs.is_empty() {
+        if walk.legs.is_empty() {
             self.states[unit] = State::Arrived(goal);
             return;
         }
-        legs.truncate(LEGS_MAX);
         let departure = f64::from(base) + walk.departure;
-        let arrival = departure + length(from, &legs) / self.speed;
-        let order = Order { unit, legs: legs.clone(), start: Some(departure) };
+        let plan = Plan::new(goal, (from, walk.legs), (departure, self.speed));
+        let order = plan.first_order(unit);
         self.again.extend((1..=self.repeats).map(|later| (scene.cycle + later, order.clone())));
         orders.push(order);
-        self.states[unit] = State::Planned(Plan { goal, from, legs, departure, arrival });
+        self.states[unit] = State::Planned(plan);
     }
-}
-
-impl Plan {
-    /// The way that is left, from where the unit is seen.
-    fn ahead(&self, seen: Seen) -> Vec<DVec2> {
-        let mut points = vec![seen.position];
-        if is_there(seen.position, self.from) {
-            points.extend(&self.legs);
-            return points;
-        }
-        // It is on the leg whose line is nearest.
-        let starts = std::iter::once(&self.from).chain(&self.legs);
-        let distance = |(start, end): (&DVec2, &DVec2)| {
-            let line: Segment = (*start, *end).into();
-            line.nearest(seen.position).distance_squared(seen.position)
-        };
-        let distances: Vec<f64> = starts.zip(&self.legs).map(distance).collect();
-        let nearest = (0..distances.len()).min_by(|&a, &b| distances[a].total_cmp(&distances[b]));
-        points.extend(&self.legs[nearest.unwrap_or(0)..]);
-        points
-    }
-
-    fn moving(&self, base: f64, (speed, radius): (f64, f64)) -> Moving {
-        Moving { from: self.from, legs: self.legs.clone(), departure: self.departure - base, speed, radius }
-    }
-}
-
-/// Whether a way leads nearer to a point than so many world units; but for its first point, if it moves away from there.
-fn leads_over(way: &[DVec2], (point, reach): (DVec2, f64)) -> bool {
-    let reach = way[0].distance(point).lesser(reach) - 1e-9;
-    way.windows(2).any(|leg| {
-        let line: Segment = (leg[0], leg[1]).into();
-        line.nearest(point).distance_squared(point) < reach * reach
-    })
-}
-
-/// The point so far along a way, or its end.
-fn along(way: &[DVec2], mut distance: f64) -> DVec2 {
-    for leg in way.windows(2) {
-        let length = leg[0].distance(leg[1]);
-        if length >= distance {
-            return leg[0] + (leg[1] - leg[0]) * (distance / length.greater(f64::MIN_POSITIVE));
-        }
-        distance -= length;
-    }
-    way[way.len() - 1]
 }

@@ -6,8 +6,8 @@ use maniple_tilemap::TileMap;
 
 use super::drawn;
 use super::release::{block, gap};
-use super::trial::Trial;
-use crate::{Progress, Tactic};
+use super::trial::{Outcome, Trial};
+use crate::{Delivery, Goals, Ground, Group, Planner, Progress, Request, Tactic, release};
 
 fn through_gap(map: &TileMap, tactic: Tactic) -> Trial<'_> {
     let middle = 0.5 * f64::from(map.width());
@@ -94,4 +94,30 @@ fn the_same_trial_ends_the_same() {
     let map = gap(2);
     let run = || Trial { latency: 2, lost: 0.02, ..through_gap(&map, Tactic::Auto) }.run(6000);
     assert_eq!(run(), run());
+}
+
+/// A way with more turns than an object has waypoints: its end is ordered on the way, and nobody waits for it.
+#[test]
+fn a_way_of_many_legs_is_ordered_in_parts() {
+    let open = "........";
+    let walls = ["@@@@@@@.", ".@@@@@@@"];
+    let rows: Vec<&str> = (0..97).map(|y| if y % 2 == 0 { open } else { walls[y / 2 % 2] }).collect();
+    let map = drawn(&rows);
+    let at = |y: f64| (0..5).map(|x| DVec2::new(0.5 + f64::from(x), y)).collect::<Vec<_>>();
+    let ground = Ground::new(&map, 0.35).unwrap();
+    let (starts, goals) = (at(0.5), at(96.5));
+    let legs = Planner::new(&ground).path(starts[4], goals[0]).unwrap().len();
+    assert!(legs > 2 * 64, "{legs}");
+    for (latency, delivery) in [(0, Delivery::Sure), (2, Delivery::Sure), (2, Delivery::Lossy { repeats: 2 })]
+    {
+        let trial =
+            Trial { latency, delivery, ..Trial::new(&map, Tactic::Auto, starts.clone(), goals.clone()) };
+        let Outcome { arrived, collisions, orders, refused, cycles, .. } = trial.run(8000);
+        println!("{legs} legs, {latency} cycles: {arrived} arrived, {orders} orders, {cycles} cycles");
+        assert_eq!((arrived, collisions, refused), (5, 0, 0), "{latency}");
+        let request = [Group { starts: starts.clone(), goals: goals.clone(), whose: Goals::Interchangeable }];
+        let request = Request { groups: &request, speed: 0.2, still: &[], moving: &[] };
+        let makespan = release(&ground, &request).unwrap().makespan;
+        assert!(f64::from(cycles) < makespan + 20.0, "{latency}: {cycles} instead of {makespan}");
+    }
 }

@@ -2,7 +2,9 @@
 
 use std::time::Duration;
 
+use anyhow::anyhow;
 use glam::DVec2;
+use maniple_kinematics::WAYPOINTS_MAX;
 use maniple_pathfinding::{
     Controller, Group, Progress, Request, Scene as View, Tactic, bound_of_groups, release, throughput_max,
 };
@@ -103,6 +105,15 @@ fn released(walk: &mut Walk, scene: &Scene) -> Result<Walked, Failure> {
     let schedule = release(&scene.ground, &request);
     let times = vec![clock.elapsed()];
     let Ok(schedule) = schedule else { return Ok(Walked { times, makespan: 0.0 }) };
+    let most = schedule.walks.iter().flatten().map(|walk| walk.legs.len()).max().unwrap_or(0);
+    if most > WAYPOINTS_MAX {
+        return Err(Failure::bad_input(anyhow!(
+            "--planner release: {}: the schedule for {} units has a way of {most} legs, and a unit takes {WAYPOINTS_MAX} waypoints at a time; \
+             --planner auto orders such ways in parts, or choose fewer --units",
+            scene.name,
+            schedule.walks.iter().map(Vec::len).sum::<usize>()
+        )));
+    }
     for (unit, walked) in (0..).zip(schedule.walks.iter().flatten()) {
         if !walked.legs.is_empty() {
             walk.depart(unit, &walked.legs, Some(walked.departure))?;
