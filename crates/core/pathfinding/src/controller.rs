@@ -139,6 +139,16 @@ impl Controller {
         Self { minds: all(self.minds), later: self.later.into_iter().map(all).collect(), ..self }
     }
 
+    /// Returns the same that leads in step, as where there is no schedule.
+    #[cfg(test)]
+    pub(crate) fn in_step(self) -> Self {
+        let in_step = |(units, mind)| match mind {
+            Mind::Auto(auto) => (units, Mind::Auto(Box::new(auto.in_step()))),
+            Mind::Reacting(_) | Mind::Following(_) => (units, mind),
+        };
+        Self { minds: self.minds.into_iter().map(in_step).collect(), ..self }
+    }
+
     /// Returns the orders for a cycle; at most one for each unit.
     ///
     /// The number of units must not change from one call to the next.

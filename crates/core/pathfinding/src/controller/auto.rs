@@ -49,6 +49,12 @@ impl Auto {
         Self { scheduled, delivery, ..self }
     }
 
+    /// Returns the same that leads in step, as where there is no schedule.
+    #[cfg(test)]
+    pub(crate) fn in_step(self) -> Self {
+        Self { scheduled: self.scheduled.without_schedules(), ..self }
+    }
+
     pub(crate) fn advance(&mut self, ground: &Ground, scene: &Scene<'_>, work: &mut Work) -> Vec<Order> {
         if self.stepping.is_none() {
             let orders = self.scheduled.advance(ground, scene, work);

@@ -70,6 +70,8 @@ pub(crate) struct Scheduled {
     squads: Vec<Squad>,
     speed: f64,
     partly: Partly,
+    /// Whether schedules for all are found; tests of what comes behind them take that away.
+    finds_schedules: bool,
     /// How often an order is given again before its departure.
     repeats: u32,
     /// The cycles in which these orders are given again.
@@ -103,6 +105,7 @@ impl Scheduled {
             squads,
             speed,
             partly,
+            finds_schedules: true,
             repeats: delivery.repeats(),
             again: Vec::new(),
             planning: None,
@@ -115,6 +118,12 @@ impl Scheduled {
             next: 0,
             retry: RETRY_MIN,
         }
+    }
+
+    /// Returns the same that finds no schedule for all, as where there is none.
+    #[cfg(test)]
+    pub(crate) fn without_schedules(self) -> Self {
+        Self { finds_schedules: false, ..self }
     }
 
     /// Returns the same that lets go whoever can.
@@ -309,7 +318,8 @@ impl Scheduled {
         let Some(ended) = planning.releasing.go_on(ground, work) else { return };
         let Some(planning) = self.planning.take() else { return };
         let Planning { ready, places, base, is_waited_for, is_of_all, begun, .. } = *planning;
-        let ended = ended.ok().filter(|ended| !is_of_all || ended.stuck.is_none());
+        let finds = self.finds_schedules;
+        let ended = ended.ok().filter(|ended| !is_of_all || (finds && ended.stuck.is_none()));
         let earliest = scene.cycle + LEAD + self.repeats;
         if is_of_all && ended.is_none() {
             self.has_failed = self.partly == Partly::Allowed;

@@ -62,9 +62,15 @@ pub(crate) fn maze((side, radius): (u32, f64), units: usize, seed: u64) -> (Tile
     (map, vec![group(points, goals)])
 }
 
-fn check(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
-    let units: usize = groups.iter().map(|group| group.starts.len()).sum();
-    let sure = Trial::of_groups(map, Tactic::Auto, groups.clone());
+/// Leads groups as they are led where there is a schedule, and in step.
+fn check_both(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
+    let trial = Trial::of_groups(map, Tactic::Auto, groups.clone());
+    check(name, &trial);
+    check(&format!("{name}, in step"), &Trial { is_in_step: true, ..trial });
+}
+
+fn check(name: &str, sure: &Trial<'_>) {
+    let units: usize = sure.groups.iter().map(|group| group.starts.len()).sum();
     for (latency, lost, delivery) in
         [(0, 0.0, Delivery::Sure), (2, 0.0, Delivery::Sure), (2, 0.01, Delivery::Lossy { repeats: 2 })]
     {
@@ -81,7 +87,7 @@ fn check(name: &str, (map, groups): &(TileMap, Vec<Group>)) {
 #[test]
 fn four_groups_change_the_corners_of_a_field() {
     for units in [5, 20, 100] {
-        check("corners", &corners(units));
+        check_both("corners", &corners(units));
     }
 }
 
@@ -96,21 +102,22 @@ fn dense_groups_spread_onto_the_board_and_close_up_again() {
                 *point = middle + (*point - middle) * share + DVec2::new(0.3, 0.1);
             }
         }
-        check("dense", &(map, groups));
+        check_both("dense", &(map, groups));
     }
 }
 
 #[test]
 fn groups_go_through_mazes() {
     for (units, seed) in [(20, 1), (50, 2), (100, 3)] {
-        check("maze", &maze((40, 0.7), units, seed));
+        check_both("maze", &maze((40, 0.7), units, seed));
     }
 }
 
 #[test]
 fn two_groups_pass_a_gap_in_opposite_directions() {
     for width in [1, 2, 4] {
-        check("counterflow", &counterflow(width));
+        let (map, groups) = counterflow(width);
+        check("counterflow", &Trial::of_groups(&map, Tactic::Auto, groups));
     }
 }
 
@@ -123,6 +130,7 @@ fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
             latency: 2,
             lost: 0.2,
             delivery: Delivery::Lossy { repeats: 6 },
+            is_in_step: true,
             seed,
             ..Trial::of_groups(&map, Tactic::Auto, groups.clone())
         };
@@ -136,7 +144,8 @@ fn a_line_that_loses_a_fifth_of_all_orders_makes_nobody_collide_in_step() {
 fn larger_circles_go_on_a_coarser_board() {
     let (map, groups) = corners(20);
     for radius in [0.4, 0.45] {
-        let trial = Trial { radius, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
+        let trial =
+            Trial { radius, is_in_step: true, ..Trial::of_groups(&map, Tactic::Auto, groups.clone()) };
         let Outcome { arrived, collisions, orders, cycles, error, .. } = trial.run(6000);
         println!(
             "radius {radius}: {arrived} arrived, {collisions} collisions, {orders} orders, {cycles} cycles, {error:?}"

@@ -34,6 +34,8 @@ pub(crate) struct Trial<'a> {
     pub(crate) delivery: Delivery,
     /// Looks a cycle.
     pub(crate) budget: u64,
+    /// Whether no schedule is to be found, so that groups go in step.
+    pub(crate) is_in_step: bool,
     /// Decides which orders are lost.
     pub(crate) seed: u64,
     /// Who stands in the way, from which cycle on and until which.
@@ -70,9 +72,22 @@ impl Trial<'_> {
 
     pub(crate) fn of_groups(map: &TileMap, tactic: Tactic, groups: Vec<Group>) -> Trial<'_> {
         let (radius, latency, lost, delivery, seed, stones) = (0.35, 0, 0.0, Delivery::Sure, 7, Vec::new());
-        let budget = 1 << 20;
+        let (budget, is_in_step) = (1 << 20, false);
         let stages = Vec::new();
-        Trial { map, radius, groups, stages, tactic, latency, lost, delivery, budget, seed, stones }
+        Trial {
+            map,
+            radius,
+            groups,
+            stages,
+            tactic,
+            latency,
+            lost,
+            delivery,
+            budget,
+            is_in_step,
+            seed,
+            stones,
+        }
     }
 
     fn starts(&self) -> impl Iterator<Item = DVec2> {
@@ -162,7 +177,8 @@ impl Trial<'_> {
             let goals = self.groups.iter().map(|group| group.goals.clone());
             Controller::by_stages(self.tactic, self.stages.iter().cloned().chain(goals).collect(), SPEED)
         };
-        controller.with_delivery(self.delivery).with_budget(self.budget)
+        let controller = controller.with_delivery(self.delivery).with_budget(self.budget);
+        if self.is_in_step { controller.in_step() } else { controller }
     }
 
     fn set_stones(&self, cycle: u32, world: &mut World) {

@@ -101,7 +101,9 @@ fn who_is_bumped_at_random_arrives_in_bounded_time() {
     // Planning takes cycles, in which others are on their way and are bumped, too.
     check("gap, in parts", &Trial { budget: 20_000, ..through.clone() }, 49, 25);
     let (map, groups) = corners(20);
-    check("corners", &Trial::of_groups(&map, Tactic::Auto, groups), 20, 30);
+    let corners = Trial::of_groups(&map, Tactic::Auto, groups);
+    check("corners", &corners, 20, 30);
+    check("corners, in step", &Trial { is_in_step: true, ..corners.clone() }, 20, 30);
 }
 
 #[test]
@@ -111,7 +113,7 @@ fn who_comes_to_rest_on_the_board_is_gone_around() {
     let stones = [(-1.5, 40..9999), (0.5, 60..200), (2.5, 80..9999)];
     let stones = stones.map(|(x, cycles)| (Circle::new(middle + DVec2::new(x, 0.5), 0.9), cycles)).to_vec();
     let Outcome { arrived, collisions, orders, cycles, .. } =
-        Trial { stones, ..Trial::of_groups(&map, Tactic::Auto, groups) }.run(3000);
+        Trial { stones, is_in_step: true, ..Trial::of_groups(&map, Tactic::Auto, groups) }.run(3000);
     println!("stones: {arrived} arrived, {collisions} collisions, {orders} orders, {cycles} cycles");
     assert_eq!((arrived, collisions), (20, 0));
 }
