@@ -46,9 +46,7 @@ impl Keeping {
             Self::Right => 1,
         }
     }
-}
 
-impl Keeping {
     /// How many lanes are tried where so many get stuck: to the right there may be ways for a few more.
     pub(crate) fn fewer(self, lanes: usize) -> usize {
         match self {
@@ -92,7 +90,7 @@ pub(crate) fn fewer(lanes: usize) -> usize {
 }
 
 impl Bundle {
-    /// Returns so many lanes, at least two; `None` where they do not fit. `reach` is how far the middles of two circles are apart at least.
+    /// Returns so many lanes, at least two in the middle, or one on the right; `None` where they do not fit. `reach` is how far the middles of two circles are apart at least.
     pub(crate) fn new(
         (ground, detours): (&Ground, &mut Detours<'_>),
         (from, to): (End, End),

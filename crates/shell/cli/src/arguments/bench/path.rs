@@ -33,8 +33,8 @@ lacam finds cheaper for --refine seconds, spacetime plans one after the other ar
 least sum of costs for a handful.
 Groups that go anywhere have scenes of their own, or cross the map that --map names: release plans the departures of all on fixed
 ways, and auto does so while it watches and mends what goes wrong; alone, follow and replan are what fails: each its own path, one
-after the other, and each around all who rest. Their bound is of the whole group: the longest way, how far its middle goes, and the
-time that circles need through the narrowest place; for the four of them plan_us is per cycle, of all units.
+after the other, and each around all who rest. Their bound is of all groups: the longest way, how far a middle goes, and the time
+that all need who pass a narrow place; for the four of them plan_us is per cycle, of all units.
 
 Example: maniple bench path --map maps/rooms.map --planner pibt --units 50,100
          maniple bench path --scene gap-2,maze --planner auto --units 20,100";
@@ -69,14 +69,8 @@ pub(crate) struct BenchPath {
     /// Take starts and goals from this file of queries, the first ones of it; may be given again. Without it they are random
     #[arg(long, value_name = "FILE.scen")]
     pub(crate) scen: Vec<PathBuf>,
-    /// The scenes of groups, for planners that lead groups
-    #[arg(
-        long = "scene",
-        value_name = "LIST",
-        value_delimiter = ',',
-        default_value = "open,gap-1,gap-2,gap-3,both-ways,maze,corners",
-        conflicts_with = "map"
-    )]
+    /// The scenes of groups, for planners that lead groups; without it all
+    #[arg(long = "scene", value_name = "LIST", value_delimiter = ',', conflicts_with = "map")]
     pub(crate) scenes: Vec<GroupScene>,
     /// The planners
     #[arg(long = "planner", value_name = "LIST", value_delimiter = ',', default_value = "single,pibt")]

@@ -113,6 +113,18 @@ pub(super) fn run(arguments: &BenchPath) -> Result<(), Failure> {
     let format = Format::of(&arguments.json);
     let planners = arguments.planners.iter().map(|name| Planner::parse(name));
     let planners = planners.collect::<Result<Vec<_>, _>>()?;
+    let leadings = planners.iter().filter_map(|planner| match planner {
+        Planner::Group(leading) => Some(*leading),
+        Planner::Single | Planner::InStep(_) => None,
+    });
+    let leadings: Vec<Leading> = leadings.collect();
+    if leadings.is_empty() && !arguments.scenes.is_empty() {
+        let names: Vec<&str> = Leading::all().map(Leading::name).collect();
+        return Err(Failure::usage(format!(
+            "--scene: only for planners that lead groups; choose --planner of {}",
+            names.join(", ")
+        )));
+    }
     if format == Format::Text {
         print_text(&header(arguments))?;
     }
@@ -131,11 +143,6 @@ pub(super) fn run(arguments: &BenchPath) -> Result<(), Failure> {
             }
         }
     }
-    let leadings = planners.iter().filter_map(|planner| match planner {
-        Planner::Group(leading) => Some(*leading),
-        Planner::Single | Planner::InStep(_) => None,
-    });
-    let leadings: Vec<Leading> = leadings.collect();
     if !leadings.is_empty() {
         let units = if arguments.units.is_empty() { vec![UNITS] } else { arguments.units.clone() };
         for units in units {

@@ -51,7 +51,8 @@ struct Walked {
 
 /// Leads the groups of a scene and walks as they are led.
 pub(super) fn measure(leading: Leading, scene: &Scene) -> Result<Row, Failure> {
-    let bound = bound_of_groups(&scene.ground, &scene.groups, SPEED).map_err(Failure::bad_input)?;
+    let bound = bound_of_groups(&scene.ground, &scene.groups, SPEED)
+        .map_err(|error| Failure::bad_input(anyhow!("{}: {error}, or a smaller --radius", scene.name)))?;
     let mut walk = Walk::new(&scene.map, scene.ground.radius())?;
     let starts = scene.groups.iter().flat_map(|group| &group.starts);
     for (unit, &start) in (0..).zip(starts) {

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use anyhow::anyhow;
+use clap::ValueEnum;
 use glam::DVec2;
 use maniple_pathfinding::{Goals, Ground, Group};
 use maniple_tilemap::{Kind, Request, TileMap, TileShape, generate};
@@ -48,7 +49,8 @@ pub(super) fn scenes(units: usize, arguments: &BenchPath) -> Result<Vec<Scene>, 
         GroupScene::Maze => across(("maze".to_owned(), maze(side, arguments.seed)?), units, arguments),
         GroupScene::Corners => corners(side.div_ceil(2), units, arguments),
     };
-    arguments.scenes.iter().map(of).collect()
+    let scenes = if arguments.scenes.is_empty() { GroupScene::value_variants() } else { &arguments.scenes };
+    scenes.iter().map(of).collect()
 }
 
 fn open(side: usize, units: usize, arguments: &BenchPath) -> Result<Scene, Failure> {
@@ -105,7 +107,9 @@ fn across((name, map): (String, TileMap), units: usize, arguments: &BenchPath) -
     let (first, last) = (with_room.iter().min_by_key(by_corner), with_room.iter().max_by_key(by_corner));
     let (starts, goals) = (around(&with_room, first, units), around(&with_room, last, units));
     if starts.len() < units || goals.len() < units || starts.iter().any(|start| goals.contains(start)) {
-        return Err(Failure::usage(format!("--units {units}: {name} has no room for so many")));
+        return Err(Failure::usage(format!(
+            "--units {units}: {name} has no room for so many at both ends; choose fewer"
+        )));
     }
     let groups = vec![Group { starts, goals, whose: Goals::Interchangeable }];
     Ok(Scene { name, map, ground, groups, gap: None })
