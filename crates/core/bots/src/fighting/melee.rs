@@ -1,7 +1,7 @@
 //! Hand to hand: those whose weapons reach hardly beyond their hulls, each to a place of its own beside an enemy.
 
 use glam::DVec2;
-use maniple_geometry::Cycle;
+use maniple_geometry::{Cycle, Segment};
 use maniple_pathfinding::Ground;
 use maniple_view::Command;
 
@@ -115,19 +115,11 @@ fn places(
 
 /// Returns whether a fighter gets straight to a place past walls and all who rest.
 fn is_open((ground, scene): (&Ground, &Scene<'_>), fighter: &Item<'_>, place: DVec2) -> bool {
-    let way = place - fighter.center;
-    let length_squared = way.length_squared();
+    let line: Segment = Segment::new(fighter.center, place);
     let is_apart = |other: &Item<'_>| {
-        let offset = other.center - fighter.center;
-        let along = offset.dot(way);
-        let nearest = if along <= 0.0 {
-            return true;
-        } else if along < length_squared {
-            offset - way * (along / length_squared)
-        } else {
-            other.center - place
-        };
-        nearest.length() > fighter.kind.shape.radius() + other.kind.shape.radius()
+        let is_behind = (other.center - fighter.center).dot(place - fighter.center) <= 0.0;
+        let distance = line.nearest(other.center).distance(other.center);
+        is_behind || distance > fighter.kind.shape.radius() + other.kind.shape.radius()
     };
     let others = scene.all().filter(|other| other.object != fighter.object && other.is_in_the_way());
     ground.is_clear(fighter.center, place) && others.into_iter().all(is_apart)
