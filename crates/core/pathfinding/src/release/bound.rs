@@ -3,7 +3,7 @@
 use glam::DVec2;
 use maniple_geometry::Scalar;
 
-use super::ends::middle_of;
+use super::ends::{mean_of, middle_of};
 use super::lanes::{Cut, Lanes};
 use super::schedule::{Goals, Group};
 use super::trunk::Trunk;
@@ -40,8 +40,7 @@ pub fn bound(ground: &Ground, group: &Group, speed: f64) -> Result<f64, PlanErro
             away.greater(self::away(&mut planner, &group.goals, &group.starts)?)
         }
     };
-    let mean = |points: &[DVec2]| points.iter().sum::<DVec2>() / points.len() as f64;
-    let displacement = mean(&group.starts).distance(mean(&group.goals));
+    let displacement = mean_of(&group.starts).distance(mean_of(&group.goals));
     let through = Narrow::new(&mut planner, group)?.map_or(0.0, |narrow| narrow.course());
     Ok(farthest.greater(displacement).greater(through) / speed)
 }

@@ -5,7 +5,7 @@
 
 use glam::DVec2;
 
-use super::ends::middle_of;
+use super::ends::{mean_of, middle_of};
 use super::lanes::{Cut, extent};
 use crate::around::Detours;
 use crate::ground::Ground;
@@ -67,7 +67,7 @@ impl End {
     /// Returns the end at some points.
     pub(crate) fn of(ground: &Ground, keeping: Keeping, points: &[DVec2]) -> Self {
         // Two groups that change places have the same way if it leads from the mean of one to that of the other.
-        let mean = points.iter().sum::<DVec2>() / points.len() as f64;
+        let mean = mean_of(points);
         let is_mean = keeping == Keeping::Right && ground.holds(mean);
         let middle = if is_mean { mean } else { middle_of(points) };
         Self { middle, extent: extent(points, middle) }

@@ -408,9 +408,14 @@ fn by_lane(points: &[DVec2], lanes: &[usize], count: usize) -> Vec<Vec<DVec2>> {
     sorted
 }
 
+/// The mean of all, at least one.
+pub(crate) fn mean_of(points: &[DVec2]) -> DVec2 {
+    points.iter().sum::<DVec2>() / points.len() as f64
+}
+
 /// The point that is nearest to the middle of all.
 pub(crate) fn middle_of(points: &[DVec2]) -> DVec2 {
-    let middle = points.iter().sum::<DVec2>() / points.len() as f64;
+    let middle = mean_of(points);
     let distance = |point: &&DVec2| point.distance_squared(middle);
     *points.iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).expect("a group has circles")
 }

@@ -2,10 +2,11 @@
 
 use glam::DVec2;
 
-use super::{Departures, GOALS, Tools};
+use super::{Departures, GOALS};
 use crate::planner::Planner;
 use crate::release::ends::Ends;
 use crate::release::error::ReleaseError;
+use crate::release::releasing::Tools;
 use crate::release::traffic::Planned;
 use crate::release::trajectory::Trajectory;
 use crate::work::{PATH, Work};
