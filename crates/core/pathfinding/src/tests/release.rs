@@ -5,7 +5,7 @@ use maniple_geometry::{Circle, Cycle, Limits, Moment, ObjectId, Scalar};
 use maniple_kinematics::{EventKind, Layers, Leg, Placement, Stops, Wall, WallKind, World};
 use maniple_tilemap::TileMap;
 
-use super::crowds::maze;
+use super::crowds::{corners, maze};
 use super::{Dice, drawn, scattered};
 use crate::Ground;
 use crate::release::{
@@ -180,6 +180,27 @@ fn groups_fill_the_dead_ends_of_mazes() {
     for seed in 0..8 {
         let (map, groups) = maze((60, 0.7), 150, seed);
         check(&format!("maze, seed {seed}"), &map, RADIUS, &groups);
+    }
+}
+
+/// The same, where without an exchange fewer lanes are left, and 855 cycles instead of 644.
+#[test]
+fn who_is_left_with_a_closed_goal_exchanges_it() {
+    let (map, groups) = maze((40, 0.7), 100, 6);
+    let ground = Ground::new(&map, RADIUS).unwrap();
+    let schedule =
+        release(&ground, &Request { groups: &groups, speed: SPEED, still: &[], moving: &[] }).unwrap();
+    check("maze, a closed goal", &map, RADIUS, &groups);
+    assert!(schedule.makespan < 700.0, "{}", schedule.makespan);
+}
+
+/// Whoever comes the other way keeps to its right, too; straight ahead all would meet in the middle, and there is no schedule.
+#[test]
+fn four_groups_that_change_corners_keep_to_the_right() {
+    for (units, most) in [(20, 1.3), (100, 1.35), (400, 1.5)] {
+        let (map, groups) = corners(units);
+        let share = check(&format!("corners, {units}"), &map, RADIUS, &groups);
+        assert!((1.0..most).contains(&share), "{units}: {share}");
     }
 }
 
