@@ -156,6 +156,19 @@ fn a_folder_is_used_by_one_daemon_at_a_time() {
     journals(&folder);
 }
 
+/// As that of a daemon that was killed a moment ago, or of a process that is just being started.
+#[test]
+fn a_lock_that_goes_soon_is_waited_for() {
+    let folder = folder("journal_lock_goes");
+    let first = journals(&folder);
+    let going = std::thread::spawn(move || {
+        std::thread::sleep(Duration::from_millis(200));
+        drop(first);
+    });
+    journals(&folder);
+    going.join().expect("it ends");
+}
+
 const LOCKSTEP: &str = "length_seconds = 30";
 
 const INTERVAL: Duration = Duration::from_millis(10);

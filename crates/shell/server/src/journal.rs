@@ -17,11 +17,12 @@
 mod resume;
 mod sync;
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use maniple_view::{ClockMode, Digest};
 use serde::{Deserialize, Serialize};
@@ -35,6 +36,11 @@ use sync::{Health, Syncer};
 
 /// Time after which what was written is on the disk, at the latest, where the disk is that fast.
 pub const SYNC_INTERVAL: Duration = Duration::from_millis(100);
+
+/// How long the lock of a folder is waited for, and how often it is looked. A process that is being started holds what its parent has locked
+/// until it runs, and a daemon that was killed until it is gone.
+const LOCK_WAIT: Duration = Duration::from_secs(1);
+const LOCK_LOOK: Duration = Duration::from_millis(10);
 
 /// The folder of those that have ended.
 const FINISHED: &str = "finished";
@@ -131,7 +137,7 @@ impl Journals {
         let path = folder.join("lock");
         let lock = OpenOptions::new().create(true).truncate(false).write(true).open(&path);
         let lock = lock.map_err(|problem| file_error(&path, problem))?;
-        lock.try_lock().map_err(|_| JournalError::Locked { folder: folder.to_owned() })?;
+        take(&lock, folder, &path)?;
         Ok(Self { folder: folder.to_owned(), syncer: Syncer::start(interval), _lock: lock })
     }
 
@@ -263,6 +269,21 @@ fn private(path: &Path) -> io::Result<File> {
 fn sync_folder(folder: &Path) -> Result<(), JournalError> {
     let synced = File::open(folder).and_then(|folder| folder.sync_all());
     synced.map_err(|problem| file_error(folder, problem))
+}
+
+/// Takes the lock of a folder, and waits for it for [`LOCK_WAIT`].
+fn take(lock: &File, folder: &Path, path: &Path) -> Result<(), JournalError> {
+    let begun = Instant::now();
+    loop {
+        match lock.try_lock() {
+            Ok(()) => return Ok(()),
+            Err(TryLockError::Error(problem)) => return Err(file_error(path, problem)),
+            Err(TryLockError::WouldBlock) if begun.elapsed() < LOCK_WAIT => thread::sleep(LOCK_LOOK),
+            Err(TryLockError::WouldBlock) => {
+                return Err(JournalError::Locked { folder: folder.to_owned() });
+            }
+        }
+    }
 }
 
 fn file_error(path: &Path, problem: io::Error) -> JournalError {
